@@ -1,0 +1,43 @@
+"""What telemetry, viewer and logs see of the vehicle: one immutable moment."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+__all__ = ["Snapshot"]
+
+
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    """The vehicle at one simulated instant. Arrays are private copies, marked read-only.
+
+    `state` (20,) and `controls` (7,) are laid out as in `vehicle_model.state`; `outputs` is one record of
+    `vehicle_model.records.OUTPUTS`. Latitude and longitude are geodetic [rad]; heights are in metres above the
+    WGS-84 ellipsoid (`height_ellipsoid`) and above mean sea level (`altitude_msl`); roll, pitch and yaw [rad] and
+    `quaternion` relate to the local NED axes at the vehicle, `velocity_ned` [m/s] as well; `position_ned` [m] to
+    the home position. `specific_force` [m/s^2] is what a perfect accelerometer at the centre of mass reads, body axes.
+    """
+
+    time: float  # simulated seconds since start
+    state: np.ndarray
+    controls: np.ndarray
+    outputs: np.void
+    latitude: float
+    longitude: float
+    height_ellipsoid: float
+    altitude_msl: float
+    position_ned: tuple[float, float, float]
+    velocity_ned: tuple[float, float, float]
+    quaternion: tuple[float, float, float, float]
+    roll: float
+    pitch: float
+    yaw: float
+    rates: tuple[float, float, float]
+    specific_force: tuple[float, float, float]
+    airspeed: float  # true [m/s]
+    pressure: float  # static [Pa]
+    temperature: float  # [K]
+    density: float  # [kg/m^3]
+    wind_ned: tuple[float, float, float]  # blowing to [m/s]
+    tilt: float  # [rad]
+    on_ground: bool
