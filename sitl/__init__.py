@@ -1,0 +1,21 @@
+"""The tilt-wing as a process: simulation, clock, MAVLink, viewer.
+
+`Simulation` is loaded when first asked for, so that the command line can answer a typing error without waiting for
+the compiled core.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from sitl.simulation import Simulation
+
+__all__ = ["Simulation"]
+
+
+def __getattr__(name: str) -> Any:  # noqa: ANN401  (a module attribute can be anything)
+    if name == "Simulation":
+        from sitl.simulation import Simulation  # noqa: PLC0415
+
+        return Simulation
+    msg = f"module {__name__!r} has no attribute {name!r}"
+    raise AttributeError(msg)

@@ -1,47 +1,75 @@
-"""The one way a function of the numeric core is compiled.
+"""The one way a compiled function is made, and where its machine code is kept.
 
-Numba's on-disk cache notices a change in the file of a function, but not in the functions it calls from
-other modules nor in globals. So the cache folder is named after a hash of all sources of the core, and is
-chosen here, before numba is imported: whoever changes an equation gets a new folder and never old code.
+Numba's on-disk cache notices a change in the file of a function, but not in the functions it calls from other
+modules, nor in globals. So the cache folder is named after a hash of all sources that can be meant: whoever changes
+an equation gets a new folder and never old code. `vehicle_model.warm` fills the folder ahead of time.
 """
 
+import functools
 import hashlib
 import os
-import platform
 import sys
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-__all__ = ["CACHE_FOLDER", "compiled", "is_warm", "source_hash"]
+import llvmlite
+import numba
+import numpy as np
+from numba.core import config
+
+__all__ = ["CACHE_FOLDER", "WARM_MARK", "compiled", "is_warm", "source_hash"]
+
+_CORE = Path(__file__).resolve().parent
 
 
 def source_hash(*packages: Path) -> str:
-    """Hash of every Python source below the given package folders and of what compiles them.
+    """Hash of every Python source below these package folders, of their place and of what compiles them; 16 hex digits.
 
-    Two processes get the same hash exactly when compiled code of one is valid for the other.
+    Two processes get the same hash exactly when compiled code of one can be loaded by the other. The processor is
+    not part of it: Numba keeps code of different processors apart by itself.
     """
-    digest = hashlib.sha256()
-    digest.update(f"{sys.version} {platform.machine()} {version('numba')} {version('numpy')}".encode())
+    digest = hashlib.sha256(f"{sys.version} {numba.__version__} {llvmlite.__version__} {np.__version__}".encode())
     for package in packages:
         for source in sorted(package.rglob("*.py")):
-            digest.update(source.relative_to(package).as_posix().encode())
-            digest.update(source.read_bytes())
+            content = source.read_bytes()
+            digest.update(f" {source} {len(content)} ".encode())
+            digest.update(content)
     return digest.hexdigest()[:16]
 
 
 def _user_cache() -> Path:
     if sys.platform == "win32":
-        return Path(os.environ.get("LOCALAPPDATA", Path.home() / "AppData" / "Local"))
+        return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
     if sys.platform == "darwin":
         return Path.home() / "Library" / "Caches"
-    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
 
 
-CACHE_FOLDER = _user_cache() / "tiltwing-sitl" / source_hash(Path(__file__).parent)
-os.environ["NUMBA_CACHE_DIR"] = str(CACHE_FOLDER)
+@functools.cache
+def _cache_folder(source_folder: Path) -> Path | None:
+    """Cache folder for the functions of one source folder, or None where nothing can be kept.
 
-from numba import njit  # noqa: E402  (numba reads NUMBA_CACHE_DIR when it is imported)
+    The hash covers the core and the function's own package, so a function may call what is in those two. Code that is
+    in no package (a script, a test) is not kept. Nor is any where this user may not write a cache: then every process
+    compiles for itself. Numba would fall back to `__pycache__`, where old code can linger, and in a shared temporary
+    folder other users of the machine could plant code.
+    """
+    package = None
+    while (source_folder / "__init__.py").exists():
+        package, source_folder = source_folder, source_folder.parent
+    if package is None:
+        return None
+    try:
+        folder = _user_cache() / "tiltwing-sitl" / source_hash(*sorted({_CORE, package}))
+        folder.mkdir(parents=True, exist_ok=True)
+    except (OSError, RuntimeError):  # RuntimeError: no home directory is known
+        return None
+    return folder if os.access(folder, os.W_OK) else None
+
+
+CACHE_FOLDER = _cache_folder(_CORE)
+WARM_MARK = "complete"  # file in the cache folder, written when every entry point has been compiled into it
+
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -54,11 +82,23 @@ if TYPE_CHECKING:
         return function
 
 else:
-    # fastmath stays off so that the same seed gives the same bits; numpy's error model (1/0 = inf) spares a
-    # branch at every division and lets bad numbers show as inf/nan instead of raising in the middle of a flight.
-    compiled: Any = njit(cache=True, error_model="numpy", nogil=True)
+
+    def compiled(function: Any) -> Any:
+        """Compile a function of the core, or of a package above it that calls the core's.
+
+        fastmath stays off so that the same seed gives the same bits. Numpy's error model (1/0 = inf) spares a branch
+        at every division and lets bad numbers show as inf or nan instead of raising in the middle of a flight.
+        """
+        folder = _cache_folder(Path(function.__code__.co_filename).resolve().parent)
+        # Numba picks a function's cache folder as it wraps it. Setting the folder for just that moment leaves other
+        # users of Numba in this process alone, and works however early they imported it.
+        outer, config.CACHE_DIR = config.CACHE_DIR, str(folder)
+        try:
+            return numba.njit(cache=folder is not None, error_model="numpy", nogil=True)(function)
+        finally:
+            config.CACHE_DIR = outer
 
 
 def is_warm() -> bool:
-    """True when a compiled core for exactly these sources is on disk."""
-    return CACHE_FOLDER.is_dir() and any(CACHE_FOLDER.rglob("*.nbi"))
+    """True when the whole core, compiled from exactly these sources, is on disk."""
+    return CACHE_FOLDER is not None and (CACHE_FOLDER / WARM_MARK).exists()

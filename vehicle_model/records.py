@@ -46,14 +46,15 @@ ROTOR = np.dtype(
 SURFACE = np.dtype(
     [
         ("position", _f, (3,)),  # middle of the chord's quarter point, mounting axes [m]
-        ("normal", _f, (3,)),  # unit vector out of the lower side, mounting axes (lift acts against it)
+        ("chord_axis", _f, (3,)),  # unit vector forward along the chord (incidence included), mounting axes
+        ("normal", _f, (3,)),  # unit vector out of the lower side, square to the chord (lift acts against it)
         ("tilts", _i),  # 1: strip of the tilting wing
         ("area", _f),  # [m^2]
         ("chord", _f),  # [m]
-        ("incidence", _f),  # chord against the mounting x axis, nose up positive [rad]
         ("lift_slope", _f),  # attached flow [1/rad]
         ("stall_angle", _f),  # middle of the blend from attached to separated flow [rad]
         ("stall_width", _f),  # half width of that blend [rad]
+        ("max_lift_angle", _f),  # where lift peaks; follows from the curve (surface.max_lift_angle) [rad]
         ("plate_lift", _f),  # separated flow: CL = plate_lift sin 2 alpha
         ("plate_drag", _f),  # separated flow: CD = zero_lift_drag + plate_drag sin^2 alpha
         ("zero_lift_drag", _f),
@@ -127,8 +128,9 @@ ENVIRONMENT = np.dtype(
         ("latitude", _f),  # of the NED origin, geodetic [rad]
         ("longitude", _f),  # [rad]
         ("height_ellipsoid", _f),  # of the NED origin [m]
-        ("origin_ecef", _f, (3,)),  # [m]
-        ("ned_from_ecef", _f, (3, 3)),
+        ("sin_latitude", _f),
+        ("cos_latitude", _f),
+        ("centre_ned", _f, (3,)),  # the Earth's centre in the origin's NED axes; zero for flat [m]
         ("wind_ned", _f, (3,)),  # blowing to [m/s]
         ("ground_height", _f),  # height of the ground above the ellipsoid [m]
     ],
@@ -138,22 +140,19 @@ ENVIRONMENT = np.dtype(
 OUTPUTS = np.dtype(
     [
         ("airspeed", _f),  # true [m/s]
-        ("angle_of_attack", _f),  # of the fuselage [rad]
-        ("sideslip", _f),  # [rad]
         ("velocity_air_body", _f, (3,)),  # of the centre of mass through the air [m/s]
-        ("velocity_ned", _f, (3,)),  # [m/s]
         ("height_ellipsoid", _f),  # [m]
         ("height_above_ground", _f),  # of the centre of mass [m]
         ("density", _f),  # [kg/m^3]
         ("force_body", _f, (3,)),  # all but gravity [N]
         ("moment_body", _f, (3,)),  # [N m]
-        ("downwash", _f),  # at the tail, downward [m/s]
+        ("downwash_angle", _f),  # of the air the tail meets [rad]
         ("thrust", _f, (MAX_ROTORS,)),  # [N]
         ("induced_velocity", _f, (MAX_ROTORS,)),  # [m/s]
         ("shaft_torque", _f, (MAX_ROTORS,)),  # [N m]
         ("shaft_power", _f, (MAX_ROTORS,)),  # [W]
+        ("motor_torque", _f, (MAX_ROTORS,)),  # on the shaft [N m]
         ("current", _f, (MAX_ROTORS,)),  # motor current [A]
-        ("electrical_power", _f, (MAX_ROTORS,)),  # [W]
         ("rotor_point_body", _f, (MAX_ROTORS, 3)),  # where the thrust acts [m]
         ("rotor_force_body", _f, (MAX_ROTORS, 3)),  # [N]
         ("surface_point_body", _f, (MAX_SURFACES, 3)),  # where the air load acts [m]

@@ -1,0 +1,109 @@
+"""One integration step of one vehicle against JSBSim's C172, and a batch of ten thousand vehicles.
+
+Times are CPU time of this process on one core. Ours and the peer's are measured in turns, a few milliseconds each, so
+that a busy or throttled machine slows both; the ratio is the median of the ratios of neighbours.
+"""
+
+import statistics
+from collections.abc import Callable
+
+import jsbsim
+import numpy as np
+from figures import Figure, cpu_time
+
+from vehicle_model.aircraft import load_aircraft
+from vehicle_model.earth import make_environment
+from vehicle_model.integrate import advance, advance_ab2, advance_batch, rk4_step
+from vehicle_model.trim import trim_level
+
+__all__ = ["measure"]
+
+ROUNDS = 40
+CALLS = 1000  # 1000 steps of JSBSim are 8 s of flight: the C172 is still in the air when it is put back
+DT = 0.0025
+BATCH = 10_000
+
+
+def cessna() -> Callable[[], Callable[[], object]]:
+    """JSBSim's C172, engine running at 8000 ft; the returned function puts it back there and returns its step."""
+    fdm = jsbsim.FGFDMExec(None)
+    fdm.set_debug_level(0)
+    fdm.load_model("c172x")
+    fdm.disable_output()
+
+    def restart() -> Callable[[], object]:
+        fdm["ic/h-sl-ft"] = 8000.0
+        fdm["ic/vc-kts"] = 90.0
+        fdm["fcs/mixture-cmd-norm"] = 0.87
+        fdm["fcs/throttle-cmd-norm"] = 0.75
+        if not fdm.run_ic():
+            message = "JSBSim could not start the c172x in flight"
+            raise RuntimeError(message)
+        fdm["propulsion/set-running"] = -1
+        return fdm.run
+
+    return restart
+
+
+def measure() -> list[Figure]:
+    """One step called from Python beside JSBSim's, the step inside compiled code, and the batch."""
+    aircraft = load_aircraft()
+    environment = make_environment(
+        "wgs84", latitude=0.8273, longitude=0.1492, height_ellipsoid=500.0, wind_ned=(3.0, -2.0, 0.0), ground_height=0.0
+    )
+    trim = trim_level(aircraft, 20.0)
+    vehicle, controls = aircraft.vehicle, trim.controls
+    state = trim.state.copy()
+
+    def ours() -> None:
+        rk4_step(state, controls, vehicle, environment, DT)
+
+    restart = cessna()
+    rk4_step(state, controls, vehicle, environment, DT)
+    own, peer = [], []
+    for _ in range(ROUNDS):
+        state[:] = trim.state
+        own.append(cpu_time(ours, CALLS))
+        peer.append(cpu_time(restart(), CALLS))
+    ratio = statistics.median(theirs / mine for mine, theirs in zip(own, peer, strict=True))
+    mine = statistics.median(own)
+
+    figures = [
+        Figure("RK4 step, full vehicle on WGS-84, called from Python", mine * 1e6, "us", at_most=True,
+               peer="JSBSim c172x", peer_value=statistics.median(peer) * 1e6),
+        Figure("times faster than JSBSim's C172 step (median of pairs)", ratio, "x", goal=3.5),
+    ]  # fmt: skip
+    for name, stepper in (("RK4", advance), ("Adams-Bashforth 2", advance_ab2)):
+        state[:] = trim.state
+        stepper(state, controls, vehicle, environment, DT, 1)
+        each = statistics.median(
+            cpu_time(lambda stepper=stepper: stepper(state, controls, vehicle, environment, DT, CALLS), 1) / CALLS
+            for _ in range(ROUNDS)
+        )
+        figures.append(Figure(f"{name} steps a second inside compiled code", 1.0 / each, "1/s"))
+    figures.append(batch(trim.state, controls, vehicle, environment, 1.0 / mine))
+    return figures
+
+
+def batch(
+    state: np.ndarray, controls: np.ndarray, vehicle: np.ndarray, environment: np.ndarray, single: float
+) -> Figure:
+    """Vehicle-steps per second and core of ten thousand vehicles that all fly differently."""
+    random = np.random.default_rng(1)
+    states = np.tile(state, (BATCH, 1))
+    states[:, 3:6] += random.normal(0.0, 1.0, (BATCH, 3))
+    states[:, 10:13] += random.normal(0.0, 0.05, (BATCH, 3))
+    commands = np.tile(controls, (BATCH, 1))
+    advance_batch(states, commands, vehicle, environment, DT, 1)
+    steps = 4
+    each = statistics.median(
+        cpu_time(lambda: advance_batch(states, commands, vehicle, environment, DT, steps), 1) / (BATCH * steps)
+        for _ in range(10)
+    )
+    if not np.isfinite(states).all():
+        message = "a vehicle of the batch diverged: the figure would not be one of flight"
+        raise RuntimeError(message)
+    return Figure(
+        f"batch of {BATCH:,}: RK4 vehicle-steps per second and core", 1.0 / each, "1/s", goal=400_000.0,
+        peer="one at a time from Python", peer_value=single,
+    )  # fmt: skip

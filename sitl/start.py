@@ -1,0 +1,221 @@
+"""Where a flight begins: standing on the ground, trimmed in level flight, or as a file says.
+
+    ground       at home on its landing gear, wing up, motors off
+    trim:20      level flight at 20 m/s true airspeed, 100 m above home
+    FILE         a TOML file, all keys optional; see `StartFile` and docs/start-file.md
+"""
+
+import math
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import msgspec
+import numpy as np
+
+from vehicle_model.earth import gravitation, make_environment
+from vehicle_model.integrate import advance
+from vehicle_model.rotation import body_to_ned, ned_to_body, quaternion_from_euler, quaternion_multiply
+from vehicle_model.state import (
+    AILERON_LEFT,
+    ELEVATOR,
+    POSITION,
+    QUATERNION,
+    RATES,
+    ROTOR_SPEED,
+    TILT,
+    VELOCITY,
+    blank_controls,
+    blank_state,
+)
+
+if TYPE_CHECKING:
+    from vehicle_model.aircraft import Aircraft
+
+__all__ = ["Start", "StartError", "StartFile", "read_start_file", "standing", "start_at", "trimmed"]
+
+TRIM_HEIGHT = 100.0  # above home [m]: room for a phugoid
+TILT_COMMAND = 3  # of the controls; the aileron and elevator commands follow
+RPM = 2.0 * math.pi / 60.0
+SETTLING_STEP = 1.0 / 400.0  # [s]
+SETTLING_TIME = 30.0  # [s]
+
+
+class StartError(ValueError):
+    """The flight cannot begin as asked for."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """State (20,) and controls (7,) a flight begins with, and what to call them."""
+
+    state: np.ndarray
+    controls: np.ndarray
+    description: str
+
+
+Vector = tuple[float, float, float]
+Angle = Annotated[float, msgspec.Meta(ge=-360.0, le=360.0)]
+Throttle = Annotated[float, msgspec.Meta(ge=-1.0, le=1.0)]
+
+
+class StartFile(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """A start as people write it: degrees and RPM, axes of home. What is not given is zero, or as said here."""
+
+    position_ned: Vector = (0.0, 0.0, -TRIM_HEIGHT)  # from home [m]
+    velocity_body: Vector = (0.0, 0.0, 0.0)  # relative to the Earth, forward, right, down [m/s]
+    attitude_deg: tuple[Angle, Angle, Angle] | None = None  # roll, pitch, yaw; level with the heading of home
+    rates_deg_s: Vector = (0.0, 0.0, 0.0)  # relative to the Earth, about the body axes
+    rotor_rpm: Vector = (0.0, 0.0, 0.0)  # left, right, tail
+    tilt_deg: Angle = 90.0
+    aileron_deg: tuple[Angle, Angle] = (0.0, 0.0)  # left, right
+    elevator_deg: Angle = 0.0
+    throttle: tuple[Throttle, Throttle, Throttle] = (0.0, 0.0, 0.0)  # left, right, tail
+
+
+def start_at(option: str, aircraft: "Aircraft", environment: np.ndarray, heading: float) -> Start:
+    """Start of the kind named on the command line: `ground`, `trim:AIRSPEED` or the path of a file.
+
+    `environment` is one ENVIRONMENT record, `heading` that of home [rad]. Raises StartError.
+    """
+    if option == "ground":
+        return standing(aircraft, environment, heading)
+    kind, colon, value = option.partition(":")
+    if kind == "trim" and colon:
+        try:
+            airspeed = float(value)
+        except ValueError:
+            airspeed = math.nan
+        if not 0.0 <= airspeed < math.inf:
+            msg = f"{option}: expected trim:AIRSPEED with an airspeed in m/s, such as trim:20"
+            raise StartError(msg)
+        return trimmed(aircraft, environment, airspeed, heading)
+    path = Path(option)
+    if not path.is_file():
+        msg = f"{option}: expected ground, trim:AIRSPEED or the path of a start file, and there is no such file"
+        raise StartError(msg)
+    return read_start_file(path, environment, heading)
+
+
+def standing(aircraft: "Aircraft", environment: np.ndarray, heading: float) -> Start:
+    """At home on the landing gear in equilibrium, wing up (tilt 90 deg), motors off.
+
+    The equilibrium is flown to, in the wind of the environment: gear deflection and all. Raises StartError where
+    the aircraft does not come to rest on its gear.
+    """
+    vehicle = aircraft.vehicle
+    craft = vehicle[0]
+    contacts = craft["contacts"][: craft["contact_count"]]
+    if len(contacts) == 0:
+        msg = "ground: the aircraft has no landing gear to stand on"
+        raise StartError(msg)
+    state, controls = blank_state(), blank_controls()
+    moved = math.inf
+    state[TILT] = controls[TILT_COMMAND] = min(math.radians(90.0), float(craft["servos"]["maximum"][0]))
+    above_ground = float(contacts["position"][:, 2].max())
+    origin_above_ground = float(environment[0]["height_ellipsoid"] - environment[0]["ground_height"])
+    state[POSITION + 2] = origin_above_ground - above_ground
+    _turn(state, quaternion_from_euler(0.0, 0.0, heading))
+    _rotate_with_earth(state, environment)
+    steps = round(0.5 / SETTLING_STEP)
+    for _ in range(round(SETTLING_TIME / 0.5)):
+        before = state.copy()
+        advance(state, controls, vehicle, environment, SETTLING_STEP, steps)
+        moved = np.abs(state - before)[[POSITION + 2, *range(QUATERNION, QUATERNION + 4)]].max()
+        if moved < 1e-9:
+            break
+    _, _, up = body_to_ned(*state[QUATERNION : QUATERNION + 4], 0.0, 0.0, 1.0)
+    if not (moved < 1e-5 and up > 0.9):
+        msg = "ground: the aircraft does not come to rest on its landing gear (is the wind too strong to stand in?)"
+        raise StartError(msg)
+    state[POSITION : POSITION + 2] = 0.0
+    return Start(state, controls, "on the ground, wing up")
+
+
+def trimmed(
+    aircraft: "Aircraft", environment: np.ndarray, airspeed: float, heading: float, height: float = TRIM_HEIGHT
+) -> Start:
+    """Level flight at a true airspeed [m/s] and height above home [m], fuselage level, in the environment's wind.
+
+    The trim is the paper's, of a flat Earth with the gravity and the air of that place (`vehicle_model.trim`). On a
+    curved Earth what is left out, Coriolis and the curvature of the path, is less than 1e-3 of the weight.
+    Raises StartError where the aircraft has no such trim.
+    """
+    from vehicle_model.trim import TrimError, trim_level  # noqa: PLC0415  (only this start needs it)
+
+    home = environment[0]
+    state, controls = blank_state(), blank_controls()
+    state[POSITION + 2] = -height
+    still = make_environment(
+        "flat",
+        latitude=float(home["latitude"]),
+        longitude=float(home["longitude"]),
+        height_ellipsoid=float(home["height_ellipsoid"]) + height,
+        ground_height=-1e6,
+        gravity=_gravity(environment, height),
+    )
+    try:
+        trim = trim_level(aircraft, airspeed, still)
+    except TrimError as error:
+        msg = f"trim:{airspeed:g}: {error}"
+        raise StartError(msg) from None
+    state[VELOCITY:] = trim.state[VELOCITY:]
+    controls[:] = trim.controls
+    _turn(state, quaternion_from_euler(0.0, 0.0, heading))
+    state[VELOCITY : VELOCITY + 3] += ned_to_body(*state[QUATERNION : QUATERNION + 4], *home["wind_ned"])
+    _rotate_with_earth(state, environment)
+    return Start(state, controls, f"level flight at {airspeed:g} m/s, {height:g} m above home")
+
+
+def read_start_file(path: Path, environment: np.ndarray, heading: float) -> Start:
+    """Start as a TOML file describes it (see `StartFile`); servos are commanded to where they stand.
+
+    Raises StartError with one line that names the file, the key and what was expected.
+    """
+    try:
+        given = msgspec.convert(tomllib.loads(path.read_text(encoding="utf-8")), StartFile)
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        msg = f"{path}: cannot be read as TOML: {error}"
+        raise StartError(msg) from None
+    except msgspec.ValidationError as error:
+        problem, _, place = str(error).partition(" - at `$.")
+        key = place.rstrip("`")
+        msg = f"{path}: {key + ': ' if key else ''}{problem[:1].lower()}{problem[1:]}"
+        raise StartError(msg) from None
+    state, controls = blank_state(), blank_controls()
+    roll, pitch, yaw = (0.0, 0.0, math.degrees(heading)) if given.attitude_deg is None else given.attitude_deg
+    state[POSITION : POSITION + 3] = given.position_ned
+    state[VELOCITY : VELOCITY + 3] = given.velocity_body
+    state[QUATERNION : QUATERNION + 4] = quaternion_from_euler(math.radians(roll), math.radians(pitch), math.radians(yaw))
+    state[RATES : RATES + 3] = np.radians(given.rates_deg_s)
+    state[ROTOR_SPEED : ROTOR_SPEED + 3] = np.multiply(given.rotor_rpm, RPM)
+    state[TILT] = math.radians(given.tilt_deg)
+    state[AILERON_LEFT : AILERON_LEFT + 2] = np.radians(given.aileron_deg)
+    state[ELEVATOR] = math.radians(given.elevator_deg)
+    controls[:TILT_COMMAND] = given.throttle
+    controls[TILT_COMMAND:] = state[TILT : ELEVATOR + 1]
+    if not np.isfinite(state).all():
+        msg = f"{path}: expected finite numbers, got nan or inf"
+        raise StartError(msg)
+    _rotate_with_earth(state, environment)
+    return Start(state, controls, f"as in {path.name}")
+
+
+def _gravity(environment: np.ndarray, height: float) -> float:
+    """Weight per mass of what is at rest above home [m/s^2]: attraction less the Earth's rotation."""
+    home = environment[0]
+    from_centre = np.array([0.0, 0.0, -height]) - home["centre_ned"]
+    rotation = home["rotation_ned"]
+    attraction = np.array(gravitation(0.0, 0.0, -height, home))
+    return float(np.linalg.norm(attraction - np.cross(rotation, np.cross(rotation, from_centre))))
+
+
+def _turn(state: np.ndarray, rotation: tuple[float, float, float, float]) -> None:
+    """Turn the vehicle by a rotation in NED axes."""
+    state[QUATERNION : QUATERNION + 4] = quaternion_multiply(*rotation, *state[QUATERNION : QUATERNION + 4])
+
+
+def _rotate_with_earth(state: np.ndarray, environment: np.ndarray) -> None:
+    """Turn rates relative to the Earth into the rates against inertial space that the state holds."""
+    state[RATES : RATES + 3] += ned_to_body(*state[QUATERNION : QUATERNION + 4], *environment[0]["rotation_ned"])

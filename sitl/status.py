@@ -1,0 +1,99 @@
+"""What a person at the terminal sees: lines of text and, on a terminal, one live line that rewrites itself.
+
+A thread of its own writes, for a terminal can stand still (Ctrl-S, a full pipe) and the flight must not.
+"""
+
+import queue
+import sys
+import threading
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TextIO
+
+__all__ = ["Report", "Status"]
+
+LIVE_PERIOD = 0.5  # [s], on a terminal
+LOG_PERIOD = 10.0  # [s], elsewhere
+CLEAR_LINE = "\r\x1b[K"
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """How the process does at one moment; handed over by the flight loop."""
+
+    time: float  # simulated [s]
+    wall_time: float  # monotonic [s]
+    state: str
+    late_ticks: int
+    dropped_ticks: int
+    links: Mapping[str, Mapping[str, int]]  # counters by connection string, as `MavlinkFace.statistics` gives them
+    viewer_dropped: int
+
+
+class Status:
+    """Writes to `stream` from its own thread; nothing called here ever waits for it."""
+
+    def __init__(self, stream: TextIO = sys.stdout) -> None:
+        self._stream = stream
+        self._live = stream.isatty()
+        self._lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+        self._report: Report | None = None
+        self._shown: Report | None = None
+        self._thread = threading.Thread(target=self._write, name="status", daemon=True)
+        self._thread.start()
+
+    @property
+    def period(self) -> float:
+        """Wall time between reports worth offering [s]."""
+        return LIVE_PERIOD if self._live else LOG_PERIOD
+
+    def say(self, line: str) -> None:
+        """Print a line, above the live one where there is one."""
+        self._lines.put(line)
+
+    def offer(self, report: Report) -> None:
+        """Show this report next; one not yet shown is forgotten."""
+        self._report = report
+        self._lines.put("")
+
+    def close(self, deadline: float = 1.0) -> None:
+        """Write what is left, giving up after `deadline` wall seconds."""
+        self._lines.put(None)
+        self._thread.join(deadline)
+
+    def _write(self) -> None:
+        try:
+            while (line := self._lines.get()) is not None:
+                if line:
+                    self._stream.write(f"{CLEAR_LINE if self._live else ''}{line}\n")
+                report = self._report
+                if report is not None and report is not self._shown:
+                    text = describe(report, self._shown)
+                    self._stream.write(f"{CLEAR_LINE}{text}" if self._live else f"{text}\n")
+                    self._shown = report
+                self._stream.flush()
+            if self._live and self._shown is not None:
+                self._stream.write("\n")
+                self._stream.flush()
+        except (OSError, ValueError):
+            # Nobody reads any more (closed pipe or terminal); the flight goes on without an audience.
+            return
+
+
+def describe(report: Report, before: Report | None) -> str:
+    """One line for a report; the real-time factor is that since the report before it."""
+    parts = [f"t {report.time:9.2f} s"]
+    if before is not None and report.wall_time > before.wall_time:
+        factor = (report.time - before.time) / (report.wall_time - before.wall_time)
+        parts.append(f"{factor:6.2f} x real time")
+    parts.append(f"late {report.late_ticks}")
+    if report.dropped_ticks:
+        parts.append(f"dropped {report.dropped_ticks}")
+    for name, counters in report.links.items():
+        lost = "".join(f" {key} {counters[key]}" for key in ("dropped", "malformed") if counters.get(key))
+        parts.append(f"{name} tx {counters.get('tx', 0)} rx {counters.get('rx', 0)}{lost}")
+    if report.viewer_dropped:
+        parts.append(f"viewer dropped {report.viewer_dropped}")
+    parts.append(report.state)
+    return " | ".join(parts)

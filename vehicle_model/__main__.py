@@ -1,0 +1,221 @@
+"""`python -m vehicle_model`: trim, modes, elevator step, check cases and the paper's figures from the shell."""
+
+import json
+import math
+import sys
+import time
+from enum import Enum
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from vehicle_model.aircraft import Aircraft, AircraftFileError, load_aircraft
+from vehicle_model.linearise import HOLDS, Hold, Mode, linearise
+from vehicle_model.linearise import modes as natural_modes
+from vehicle_model.trim import Trim, TrimError, trim_level, trim_sweep
+
+app = typer.Typer(
+    name="vehicle_model", no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False,
+    help="Flight dynamics of a single tilt-wing UAV (Hong et al., IFAC ACA 2013).",
+)  # fmt: skip
+
+HoldOption = Enum("HoldOption", {hold: hold for hold in HOLDS}, type=str)
+AircraftFile = Annotated[Path | None, typer.Option("--aircraft", help="Aircraft file; default: the paper's aircraft.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")]
+
+
+def parse_range(text: str) -> list[float]:
+    """`30`, `0,5,10` or `0:30:1` (ends included) as a list of numbers; raises typer.BadParameter."""
+    try:
+        if ":" not in text:
+            return [float(part) for part in text.split(",")]
+        start, stop, *step = (float(part) for part in text.split(":"))
+        stride = step[0] if step else 1.0
+        count = math.floor((stop - start) / stride + 1e-9) + 1
+        if len(step) > 1 or count < 1:
+            raise ValueError
+    except (ValueError, ZeroDivisionError):
+        raise typer.BadParameter(f"expected a number, a list 0,5,10 or a range start:stop:step, got {text!r}") from None
+    return [start + i * stride for i in range(count)]
+
+
+def trim_row(trim: Trim) -> dict[str, float]:
+    """One trim with units in its keys, for people and scripts."""
+    return {
+        "airspeed_m_s": trim.airspeed,
+        "rpm": trim.rpm,
+        "tilt_deg": math.degrees(trim.tilt),
+        "elevator_deg": math.degrees(trim.elevator),
+        "tail_rpm": trim.tail_rpm,
+        "throttle": float(trim.controls[0]),
+        "shaft_power_w": trim.power,
+        "stall_margin_deg": math.degrees(trim.stall_margin),
+        "residual": trim.residual,
+    }
+
+
+def mode_row(mode: Mode) -> dict[str, Any]:
+    """One mode with units in its keys; what is infinite is null in JSON."""
+    row: dict[str, Any] = {
+        "name": mode.name,
+        "real": mode.real,
+        "imag": mode.imag,
+        "omega_rad_s": mode.omega,
+        "damping": mode.damping,
+        "period_s": mode.period,
+        "time_to_half_s": mode.time_to_half,
+    }
+    return {key: None if isinstance(value, float) and math.isinf(value) else value for key, value in row.items()}
+
+
+def table(rows: list[dict[str, Any]]) -> str:
+    """Rows with the same keys as aligned text."""
+    keys = list(rows[0])
+    cells = [keys] + [[_cell(row[key]) for key in keys] for row in rows]
+    widths = [max(len(line[i]) for line in cells) for i in range(len(keys))]
+    return "\n".join("  ".join(text.rjust(width) for text, width in zip(line, widths, strict=True)) for line in cells)
+
+
+def _cell(value: Any) -> str:
+    if value is None:
+        return "-"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+@app.command()
+def trim(
+    airspeed: Annotated[str, typer.Option(help="m/s: 30, 0,5,10 or start:stop:step.")] = "0:30:1",
+    aircraft: AircraftFile = None,
+    as_json: AsJson = False,
+) -> None:
+    """Level trim with the fuselage level: RPM, tilt and equivalent elevator over airspeed (the paper's Fig. 10)."""
+    rows = [trim_row(found) for found in trim_sweep(load_aircraft(aircraft), parse_range(airspeed))]
+    print(json.dumps(rows, indent=1) if as_json else table(rows))
+
+
+@app.command()
+def modes(
+    airspeed: Annotated[float, typer.Option(help="m/s")] = 30.0,
+    hold: Annotated[HoldOption, typer.Option(help="What the rotors keep while disturbed.")] = HoldOption("throttle"),
+    aircraft: AircraftFile = None,
+    as_json: AsJson = False,
+) -> None:
+    """Natural modes about the level trim (the paper's Table 1 and Fig. 13); the other holds are shown beside."""
+    model = load_aircraft(aircraft)
+    point = trim_level(model, airspeed)
+    found = {each: [mode_row(mode) for mode in natural_modes(linearise(model, point, each))] for each in HOLDS}
+    chosen: Hold = hold.value
+    if as_json:
+        others = {each: rows for each, rows in found.items() if each != chosen}
+        head = {"airspeed_m_s": airspeed, "hold": chosen, "trim": trim_row(point)}
+        print(json.dumps({**head, "modes": found[chosen], "other_holds": others}, indent=1))
+        return
+    for each in (chosen, *(other for other in HOLDS if other != chosen)):
+        print(f"\n{each} held" + (" (chosen)" if each == chosen else ""))
+        print(table(found[each]))
+
+
+@app.command()
+def step(
+    airspeed: Annotated[float, typer.Option(help="m/s")] = 30.0,
+    elevator: Annotated[float, typer.Option(help="Step of the equivalent elevator [deg].")] = 1.0,
+    at: Annotated[float, typer.Option(help="Time of the step [s].")] = 1.0,
+    duration: Annotated[float, typer.Option(help="[s]")] = 50.0,
+    rate: Annotated[int, typer.Option(help="Integration steps a second.")] = 400,
+    aircraft: AircraftFile = None,
+    as_json: AsJson = False,
+) -> None:
+    """Response to an elevator step from level trim (the paper's Figs 11-12), throttle held."""
+    from vehicle_model.elevator_step import elevator_step  # noqa: PLC0415
+
+    model = load_aircraft(aircraft)
+    flown = elevator_step(model, airspeed, math.radians(elevator), at=at, duration=duration, rate=rate)
+    columns = {
+        "time_s": flown.time,
+        "u_m_s": flown.u,
+        "w_m_s": flown.w,
+        "q_deg_s": np.degrees(flown.q),
+        "theta_deg": np.degrees(flown.theta),
+        "velocity_north_m_s": flown.velocity_ned[:, 0],
+        "velocity_down_m_s": flown.velocity_ned[:, 2],
+    }
+    if as_json:
+        head = {
+            "airspeed_m_s": airspeed,
+            "elevator_step_deg": elevator,
+            "step_time_s": at,
+            "rate_hz": rate,
+            "trim": trim_row(flown.trim),
+            "servo_outputs_before": model.servo_outputs(flown.controls_before),
+            "servo_outputs_after": model.servo_outputs(flown.controls_after),
+        }
+        print(json.dumps(head | {key: values.tolist() for key, values in columns.items()}))
+        return
+    every = max(1, len(flown.time) // 50)
+    names = list(columns)
+    print(table([dict(zip(names, (float(v) for v in row), strict=True)) for row in zip(*columns.values(), strict=True)][::every]))
+
+
+@app.command()
+def bench(as_json: AsJson = False) -> None:
+    """Time one RK4 step of the whole vehicle, called from Python and inside the compiled loop."""
+    from vehicle_model.integrate import advance, rk4_step  # noqa: PLC0415
+    from vehicle_model.trim import still_air  # noqa: PLC0415
+
+    model: Aircraft = load_aircraft()
+    point = trim_level(model, 30.0)
+    world = still_air()
+
+    def best(call: Any, count: int) -> float:
+        call()
+        times = []
+        for _ in range(7):
+            start = time.perf_counter()
+            call()
+            times.append((time.perf_counter() - start) / count)
+        return min(times) * 1e6
+
+    state = point.state.copy()
+
+    def from_python() -> None:
+        for _ in range(20_000):
+            rk4_step(state, point.controls, model.vehicle, world, 0.0025)
+
+    result = {
+        "rk4_step_from_python_us": best(from_python, 20_000),
+        "rk4_step_in_loop_us": best(
+            lambda: advance(state, point.controls, model.vehicle, world, 0.0025, 20_000), 20_000
+        ),
+    }
+    print(json.dumps(result) if as_json else table([result]))
+
+
+@app.command()
+def paper(out: Annotated[Path, typer.Option(help="Folder for the figures and the page.")] = Path("docs/paper")) -> None:
+    """Draw the paper's figures beside its printed values, and the page that discusses them."""
+    from vehicle_model.paper import reproduce  # noqa: PLC0415
+
+    for written in reproduce(load_aircraft(), out):
+        print(written)
+
+
+@app.command()
+def case(file: Annotated[Path, typer.Argument(help="Check case, TOML.")]) -> None:
+    """Fly a check case and compare it with the values it expects."""
+    from vehicle_model.check_case import run_case  # noqa: PLC0415
+
+    print(run_case(file))
+
+
+def main() -> None:
+    """Entry point: errors of the user's making are one line and exit status 1."""
+    try:
+        app()
+    except (AircraftFileError, TrimError, OSError) as error:
+        sys.exit(f"error: {error}")
+
+
+if __name__ == "__main__":
+    main()

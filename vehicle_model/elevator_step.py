@@ -1,0 +1,77 @@
+"""The paper's experiment (Figs 11-12): trimmed flight, an elevator step, and what the aircraft does."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from vehicle_model.aircraft import Aircraft
+from vehicle_model.equivalent_elevator import tail_speed
+from vehicle_model.integrate import time_history
+from vehicle_model.motor import throttle_for
+from vehicle_model.records import OUTPUTS
+from vehicle_model.rotation import euler_from_quaternion
+from vehicle_model.state import QUATERNION, RATES, ROTOR_SPEED, STATE_COUNT, TILT, VELOCITY
+from vehicle_model.trim import Trim, balance_motors, still_air, trim_level
+
+__all__ = ["ElevatorStep", "elevator_step", "stepped_controls"]
+
+
+@dataclass(frozen=True)
+class ElevatorStep:
+    """Response to a step of the equivalent elevator; all arrays (n,), SI and radians, at `time` [s]."""
+
+    trim: Trim
+    controls_before: np.ndarray  # (7,)
+    controls_after: np.ndarray  # (7,)
+    step_time: float
+    time: np.ndarray
+    u: np.ndarray
+    w: np.ndarray
+    q: np.ndarray
+    theta: np.ndarray
+    velocity_ned: np.ndarray  # (n, 3)
+    states: np.ndarray  # (n, 20)
+
+
+def stepped_controls(aircraft: Aircraft, trim: Trim, step: float) -> np.ndarray:
+    """Controls (7,) of a trim with the equivalent elevator moved by `step` [rad] and the other throttles held.
+
+    The tail motor gets the throttle that holds the tail speed the equivalent elevator asks for in the trimmed flow.
+    """
+    controls = trim.controls.copy()
+    controls[6] += step
+    craft = aircraft.vehicle[0]
+    state = trim.state.copy()
+    state[ROTOR_SPEED + 2] = tail_speed(craft, trim.elevator + step, state[TILT])
+    outputs, rate = np.zeros(1, OUTPUTS), np.empty(STATE_COUNT)
+    balance_motors(state, controls.copy(), aircraft.vehicle, still_air(), outputs, rate)
+    torque = outputs["shaft_torque"][0, 2]
+    controls[2] = throttle_for(craft["rotors"][2], state[ROTOR_SPEED + 2], torque)
+    return controls
+
+
+def elevator_step(
+    aircraft: Aircraft, airspeed: float = 30.0, step: float = math.radians(1.0), *,
+    at: float = 1.0, duration: float = 50.0, rate: int = 400, every: int = 1,
+) -> ElevatorStep:  # fmt: skip
+    """Trim level at `airspeed` [m/s], step the equivalent elevator by `step` [rad] at time `at` [s] and fly on.
+
+    The throttles are held, as an outside controller that only moves the elevator would; `rate` steps a second of the
+    same compiled RK4 as in real time, every `every`-th kept. Raises TrimError when there is no such trim.
+    """
+    trim = trim_level(aircraft, airspeed)
+    after = stepped_controls(aircraft, trim, step)
+    count = round(duration * rate)
+    schedule = np.tile(trim.controls, (count + 1, 1))
+    schedule[round(at * rate) :] = after
+    states = np.empty((count // every + 1, STATE_COUNT))
+    time_history(trim.state.copy(), schedule, aircraft.vehicle, still_air(), 1.0 / rate, every, states)
+    theta = np.array([euler_from_quaternion(*row[QUATERNION : QUATERNION + 4])[1] for row in states])
+    u, w = states[:, VELOCITY], states[:, VELOCITY + 2]
+    down = w * np.cos(theta) - u * np.sin(theta)
+    north = u * np.cos(theta) + w * np.sin(theta)
+    return ElevatorStep(
+        trim, trim.controls, after, at, np.arange(states.shape[0]) * every / rate, u, w, states[:, RATES + 1], theta,
+        np.column_stack([north, np.zeros_like(north), down]), states,
+    )  # fmt: skip

@@ -1,0 +1,61 @@
+"""Brushless motor with its speed controller, and the servos."""
+
+import math
+
+from vehicle_model.compiled import compiled
+
+__all__ = ["motor_current", "motor_torque", "servo_rate", "throttle_for"]
+
+
+@compiled
+def motor_current(rotor, throttle: float, speed: float) -> float:
+    """Motor current [A] of a ROTOR record, signed like the torque it makes, at a rotor speed [rad/s].
+
+    Direct-current equivalent: V = I R + w/Kv. Where `throttle_sets_power` the controller regulates the electrical
+    power V I to throttle * max_power, within the battery's voltage and its own current limit; otherwise it sets V to
+    throttle * battery_voltage (and brakes when the motor turns faster than that).
+    """
+    throttle = min(max(throttle, rotor.min_throttle), 1.0)
+    emf = speed / rotor.velocity_constant
+    if rotor.throttle_sets_power == 0:
+        current = (throttle * rotor.battery_voltage - emf) / rotor.resistance
+        return min(max(current, -rotor.max_current), rotor.max_current)
+    if throttle == 0.0:
+        return 0.0
+    direction = math.copysign(1.0, throttle)
+    emf *= direction
+    power = abs(throttle) * rotor.max_power
+    current = 2.0 * power / (emf + math.sqrt(emf * emf + 4.0 * rotor.resistance * power))
+    full_voltage = (rotor.battery_voltage - emf) / rotor.resistance
+    return direction * max(min(current, rotor.max_current, full_voltage), 0.0)
+
+
+@compiled
+def motor_torque(rotor, current: float, speed: float) -> float:
+    """Torque on the shaft [N m]: torque constant 1/Kv times the current, less no-load friction."""
+    friction = rotor.no_load_current * speed / math.sqrt(speed * speed + 1.0)
+    return (current - friction) / rotor.velocity_constant
+
+
+@compiled
+def throttle_for(rotor, speed: float, torque: float) -> float:
+    """Throttle that holds a rotor speed [rad/s] against a shaft torque [N m]; the inverse of the two above.
+
+    Beyond +-1 the motor cannot hold it. Where throttle sets power, a torque that drives the motor gives 0.
+    """
+    friction = rotor.no_load_current * speed / math.sqrt(speed * speed + 1.0)
+    current = torque * rotor.velocity_constant + friction
+    voltage = current * rotor.resistance + speed / rotor.velocity_constant
+    if rotor.throttle_sets_power == 0:
+        return voltage / rotor.battery_voltage
+    if current * speed <= 0.0:
+        return 0.0
+    return math.copysign(voltage * current / rotor.max_power, current)
+
+
+@compiled
+def servo_rate(servo, position: float, command: float) -> float:
+    """Rate of a servo [rad/s]: first-order lag to the command inside its travel, rate limited."""
+    target = min(max(command, servo.minimum), servo.maximum)
+    rate = (target - position) / servo.time_constant
+    return min(max(rate, -servo.rate_limit), servo.rate_limit)
