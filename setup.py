@@ -1,4 +1,4 @@
-"""Build hook: makes the MAVLink dialect before packages are collected. All else about the build is in pyproject.toml."""
+"""Build hook: makes the MAVLink dialect before packages are collected. The rest of the build is in pyproject.toml."""
 
 import runpy
 from pathlib import Path

@@ -4,7 +4,9 @@ Times are CPU time of this process on one core. Ours and the peer's are measured
 that a busy or throttled machine slows both; the ratio is the median of the ratios of neighbours.
 """
 
+import os
 import statistics
+import tempfile
 from collections.abc import Callable
 
 import jsbsim
@@ -19,30 +21,34 @@ from vehicle_model.trim import trim_level
 __all__ = ["measure"]
 
 ROUNDS = 40
-CALLS = 1000  # 1000 steps of JSBSim are 8 s of flight: the C172 is still in the air when it is put back
+CALLS = 1000
 DT = 0.0025
 BATCH = 10_000
 
 
-def cessna() -> Callable[[], Callable[[], object]]:
-    """JSBSim's C172, engine running at 8000 ft; the returned function puts it back there and returns its step."""
+def cessna() -> Callable[[], object]:
+    """The step of JSBSim's C172, which its autopilot keeps level at 4000 ft with the engine running."""
+    os.environ["JSBSIM_DEBUG"] = "0"
     fdm = jsbsim.FGFDMExec(None)
-    fdm.set_debug_level(0)
-    fdm.load_model("c172x")
-    fdm.disable_output()
-
-    def restart() -> Callable[[], object]:
-        fdm["ic/h-sl-ft"] = 8000.0
-        fdm["ic/vc-kts"] = 90.0
-        fdm["fcs/mixture-cmd-norm"] = 0.87
-        fdm["fcs/throttle-cmd-norm"] = 0.75
+    with tempfile.TemporaryDirectory() as folder:  # the model opens a file for its own output
+        fdm.set_output_path(folder)
+        fdm.load_model("c172x")
+        fdm["ic/h-sl-ft"] = 4000.0
+        fdm["ic/vc-kts"] = 100.0
+        fdm["fcs/mixture-cmd-norm"] = 1.0
+        fdm["fcs/throttle-cmd-norm"] = 0.65
         if not fdm.run_ic():
-            message = "JSBSim could not start the c172x in flight"
-            raise RuntimeError(message)
-        fdm["propulsion/set-running"] = -1
-        return fdm.run
-
-    return restart
+            raise RuntimeError("JSBSim could not start the c172x in flight")
+    fdm.disable_output()
+    fdm["propulsion/set-running"] = -1
+    fdm["ap/altitude_setpoint"] = 4000.0
+    fdm["ap/altitude_hold"] = 1
+    fdm["ap/attitude_hold"] = 1
+    for _ in range(1200):
+        fdm.run()
+    if not 3500.0 < fdm["position/h-sl-ft"] < 4500.0:
+        raise RuntimeError("JSBSim's c172x does not hold its altitude: the figure would not be one of cruise")
+    return fdm.run
 
 
 def measure() -> list[Figure]:
@@ -58,14 +64,14 @@ def measure() -> list[Figure]:
     def ours() -> None:
         rk4_step(state, controls, vehicle, environment, DT)
 
-    restart = cessna()
+    theirs = cessna()
     rk4_step(state, controls, vehicle, environment, DT)
     own, peer = [], []
     for _ in range(ROUNDS):
         state[:] = trim.state
         own.append(cpu_time(ours, CALLS))
-        peer.append(cpu_time(restart(), CALLS))
-    ratio = statistics.median(theirs / mine for mine, theirs in zip(own, peer, strict=True))
+        peer.append(cpu_time(theirs, CALLS))
+    ratio = statistics.median(b / a for a, b in zip(own, peer, strict=True))
     mine = statistics.median(own)
 
     figures = [
@@ -101,8 +107,7 @@ def batch(
         for _ in range(10)
     )
     if not np.isfinite(states).all():
-        message = "a vehicle of the batch diverged: the figure would not be one of flight"
-        raise RuntimeError(message)
+        raise RuntimeError("a vehicle of the batch diverged: the figure would not be one of flight")
     return Figure(
         f"batch of {BATCH:,}: RK4 vehicle-steps per second and core", 1.0 / each, "1/s", goal=400_000.0,
         peer="one at a time from Python", peer_value=single,

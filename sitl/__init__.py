@@ -12,9 +12,9 @@ if TYPE_CHECKING:
 __all__ = ["Simulation"]
 
 
-def __getattr__(name: str) -> Any:  # noqa: ANN401  (a module attribute can be anything)
+def __getattr__(name: str) -> Any:
     if name == "Simulation":
-        from sitl.simulation import Simulation  # noqa: PLC0415
+        from sitl.simulation import Simulation
 
         return Simulation
     msg = f"module {__name__!r} has no attribute {name!r}"

@@ -5,15 +5,17 @@ Options are checked here, before anything heavy is imported, so that a typing er
 
 import math
 import sys
-from enum import StrEnum
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 import typer
+from typer.exceptions import TyperException
 
-__all__ = ["Home", "Options", "main"]
+__all__ = ["Home", "Options", "main", "parse_options"]
 
 PROGRAM = "tiltwing-sitl"
+PX4_HOME = "47.397742,8.545594,488,0"  # where PX4's simulators start, Zurich
 
 
 class Home(NamedTuple):
@@ -25,128 +27,176 @@ class Home(NamedTuple):
     heading: float
 
 
-class Earth(StrEnum):
-    """Shapes of the Earth that `vehicle_model.earth` knows."""
-
-    FLAT = "flat"
-    ROUND = "round"
-    WGS84 = "wgs84"
+HOME_LIMITS = Home(89.9, 180.0, 20000.0, 360.0)
 
 
 class Options(NamedTuple):
-    """One command line, checked and in the units people type (degrees, metres, seconds)."""
+    """One command line, checked; in the units people type (degrees, metres, seconds)."""
 
     at: str
     links: tuple[str, ...]
     home: Home
     wind: tuple[float, float, float]
-    earth: str
-    speed: float
+    earth: Literal["flat", "round", "wgs84"]
+    speed: float  # inf for "max"
     seed: int
     aircraft: Path | None
-    system_id: int
+    system_id: int  # instance included
     instance: int
     servos: int | None
     wait_servos: bool
     servo_timeout: float
     lockstep: bool
     rate: int
-    duration: float
+    duration: float  # inf without end
     rerun: str
     realtime_priority: bool
 
 
-PX4_HOME = "47.397742,8.545594,488,0"  # where PX4's simulators start, Zurich
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the vehicle as the command line says; returns the exit code.
+
+    0 at the end of `--duration`, 1 for a flight that could not begin or diverged, 2 for a wrong option, and
+    130 or 143 after Ctrl-C or SIGTERM, as shells expect.
+    """
+    try:
+        options = parse_options(arguments)
+        if options is None:
+            return 0
+        from sitl.launch import LaunchError, fly
+
+        try:
+            return fly(options)
+        except LaunchError as error:
+            print(f"{PROGRAM}: {error}", file=sys.stderr)
+            return error.exit_code
+    except TyperException as error:
+        print(f"{PROGRAM}: {error.format_message()} (see --help)", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:  # before the flight has begun; later ones it handles itself
+        return 130
 
 
-def _numbers(text: str, counts: tuple[int, ...], form: str) -> list[float]:
+def parse_options(arguments: Sequence[str] | None = None) -> Options | None:
+    """Options of a command line (default: that of the process), or None if it only asked for help.
+
+    Raises TyperException, with one line that names the option and what was expected.
+    """
+    parsed = _application(arguments, prog_name=PROGRAM, standalone_mode=False)
+    return parsed if isinstance(parsed, Options) else None
+
+
+_application = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+
+
+@_application.command(name=PROGRAM, context_settings={"help_option_names": ["-h", "--help"]})
+def _command(
+    at: Annotated[
+        str, typer.Option(metavar="ground|trim:M/S|FILE", help="Begin on the ground, in level flight, or as in a file.")
+    ] = "ground",
+    link: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="LINK",
+            help="MAVLink connection, may be repeated: udpout:HOST:PORT, udpin:[HOST:]PORT, tcpin:[HOST:]PORT or "
+            "tcpout:HOST:PORT. [default: udpout:127.0.0.1:14550 for ground stations and "
+            "udpout:127.0.0.1:14540 for SDKs]",
+        ),
+    ] = None,
+    home: Annotated[str, typer.Option(metavar="LAT,LON,ALT,HDG", help="Degrees and metres.")] = PX4_HOME,
+    wind: Annotated[str, typer.Option(metavar="N,E[,D]", help="Steady wind in m/s, blowing to.")] = "0,0",
+    earth: Annotated[Literal["flat", "round", "wgs84"], typer.Option(help="Shape of the Earth.")] = "flat",
+    speed: Annotated[str, typer.Option(metavar="N|max", help="Times real time.")] = "1",
+    seed: Annotated[int, typer.Option(metavar="N", min=0, help="Where random streams begin.")] = 0,
+    aircraft: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Aircraft file. [default: the paper's, hong2013.toml]")
+    ] = None,
+    sysid: Annotated[int, typer.Option(metavar="ID", min=1, max=255, help="MAVLink system id.")] = 1,
+    instance: Annotated[
+        int, typer.Option("-i", "--instance", metavar="N", min=0, max=254, help="Shift ports and system id by N.")
+    ] = 0,
+    servos: Annotated[
+        int | None, typer.Option(metavar="ID", min=1, max=255, help="Take servo outputs from this system only.")
+    ] = None,
+    wait_servos: Annotated[
+        bool, typer.Option("--wait-servos", help="Hold time still until the first servo output.")
+    ] = False,
+    servo_timeout: Annotated[
+        float, typer.Option(metavar="S", min=0.01, max=60.0, help="Servo outputs older than this are stale.")
+    ] = 0.5,
+    lockstep: Annotated[
+        bool, typer.Option("--lockstep", help="Each HIL_ACTUATOR_CONTROLS advances time by one step of 1/rate.")
+    ] = False,
+    rate: Annotated[int, typer.Option(metavar="HZ", min=50, max=10000, help="Integration steps per second.")] = 400,
+    duration: Annotated[
+        float | None, typer.Option(metavar="S", min=0.0, help="End after so many simulated seconds.")
+    ] = None,
+    rerun: Annotated[
+        str, typer.Option(metavar="web|spawn|connect:URL|save:FILE.rrd|off", help="Show the flight in Rerun.")
+    ] = "off",
+    realtime_priority: Annotated[
+        bool, typer.Option("--realtime-priority", help="Run with SCHED_FIFO where the system permits it.")
+    ] = False,
+) -> Options:
+    """Fly a tilt-wing UAV that speaks MAVLink, until Ctrl-C."""
+    if sysid + instance > 255:
+        _refuse("--instance", f"expected a system id up to 255, got {sysid} + {instance}")
+    if duration is not None and not math.isfinite(duration):
+        _refuse("--duration", f"expected finite seconds, got {duration}")
+    return Options(
+        at=at,
+        links=tuple(link or ()),
+        home=_home(home),
+        wind=_wind(wind),
+        earth=earth,
+        speed=_speed(speed),
+        seed=seed,
+        aircraft=aircraft,
+        system_id=sysid + instance,
+        instance=instance,
+        servos=servos,
+        wait_servos=wait_servos,
+        servo_timeout=servo_timeout,
+        lockstep=lockstep,
+        rate=rate,
+        duration=math.inf if duration is None else duration,
+        rerun=rerun,
+        realtime_priority=realtime_priority,
+    )
+
+
+def _refuse(option: str, text: str) -> None:
+    raise typer.BadParameter(text, param_hint=f"'{option}'")
+
+
+def _numbers(option: str, text: str, form: str, *counts: int) -> list[float]:
     """Comma-separated finite numbers; `counts` says how many there may be."""
     try:
         values = [float(part) for part in text.split(",")]
     except ValueError:
         values = []
-    if len(values) not in counts or not all(math.isfinite(value) for value in values):
-        msg = f"expected {form}, got {text!r}"
-        raise typer.BadParameter(msg)
+    if len(values) not in counts or not all(map(math.isfinite, values)):
+        _refuse(option, f"expected {form}, got {text!r}")
     return values
 
 
 def _home(text: str) -> Home:
-    home = Home(*_numbers(text, (4,), "LAT,LON,ALT,HDG in degrees and metres"))
-    limits = Home(89.9, 180.0, 20000.0, 360.0)
-    for name, value, limit in zip(Home._fields, home, limits, strict=True):
+    home = Home(*_numbers("--home", text, "LAT,LON,ALT,HDG in degrees and metres", 4))
+    for name, value, limit in zip(Home._fields, home, HOME_LIMITS, strict=True):
         if abs(value) > limit:
-            msg = f"expected a {name} within +-{limit:g}, got {value:g}"
-            raise typer.BadParameter(msg)
+            _refuse("--home", f"expected a {name} within +-{limit:g}, got {value:g}")
     return home
 
 
 def _wind(text: str) -> tuple[float, float, float]:
-    north, east, *rest = _numbers(text, (2, 3), "N,E or N,E,D in m/s")
-    return north, east, rest[0] if rest else 0.0
+    north, east, *down = _numbers("--wind", text, "N,E or N,E,D in m/s", 2, 3)
+    return north, east, down[0] if down else 0.0
 
 
 def _speed(text: str) -> float:
     if text == "max":
         return math.inf
-    try:
-        speed = float(text)
-    except ValueError:
-        speed = math.nan
-    if not 0.0 < speed < math.inf:
-        msg = f"expected a positive number or max, got {text!r}"
-        raise typer.BadParameter(msg)
+    (speed,) = _numbers("--speed", text, "a positive number or max", 1)
+    if speed <= 0.0:
+        _refuse("--speed", f"expected a positive number or max, got {text!r}")
     return speed
-
-
-app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
-
-
-@app.command(name=PROGRAM, context_settings={"help_option_names": ["-h", "--help"]})
-def _command(
-    at: Annotated[str, typer.Option(metavar="ground|trim:M_S|FILE", help="Where the flight begins.")] = "ground",
-    link: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="LINK",
-            help="MAVLink connection: udpout:HOST:PORT, udpin:[HOST:]PORT, tcpin:[HOST:]PORT; may be repeated. "
-            "[default: udpout:127.0.0.1:14550 for ground stations and udpout:127.0.0.1:14540 for SDKs]",
-        ),
-    ] = None,
-    home: Annotated[Home, typer.Option(parser=_home, metavar="LAT,LON,ALT,HDG", help="Degrees and metres.")] = PX4_HOME,  # type: ignore[assignment]
-    wind: Annotated[
-        tuple, typer.Option(parser=_wind, metavar="N,E[,D]", help="Steady wind, blowing to [m/s].")
-    ] = "0,0",  # type: ignore[assignment]
-    earth: Annotated[Earth, typer.Option(help="Shape of the Earth.")] = Earth.FLAT,
-    speed: Annotated[float, typer.Option(parser=_speed, metavar="N|max", help="Times real time.")] = "1",  # type: ignore[assignment]
-    seed: Annotated[int, typer.Option(min=0, help="Of everything random.")] = 0,
-    aircraft: Annotated[Path | None, typer.Option(metavar="FILE", help="Aircraft file. [default: hong2013.toml]")] = None,
-    sysid: Annotated[int, typer.Option(min=1, max=255, help="MAVLink system id.")] = 1,
-    instance: Annotated[
-        int, typer.Option("-i", "--instance", min=0, max=254, help="Shifts all ports and the system id by N.", metavar="N")
-    ] = 0,
-    servos: Annotated[
-        int | None, typer.Option(min=1, max=255, metavar="SYSID", help="Take servo outputs from this system only.")
-    ] = None,
-    wait_servos: Annotated[bool, typer.Option("--wait-servos", help="Hold time still until the first servo output.")] = False,
-    servo_timeout: Annotated[float, typer.Option(min=0.0, help="Silence after which servos are stale [s].")] = 0.5,
-    lockstep: Annotated[
-        bool, typer.Option("--lockstep", help="Each HIL_ACTUATOR_CONTROLS advances one step of 1/rate; time waits for it.")
-    ] = False,
-    rate: Annotated[int, typer.Option(min=50, max=10000, help="Integration steps per second [Hz].")] = 400,
-    duration: Annotated[float | None, typer.Option(min=0.0, metavar="S", help="End after S simulated seconds.")] = None,
-    rerun: Annotated[
-        str, typer.Option(metavar="web|spawn|connect:URL|save:FILE.rrd|off", help="Show the flight in Rerun.")
-    ] = "off",
-    realtime_priority: Annotated[
-        bool, typer.Option("--realtime-priority", help="Ask for SCHED_FIFO scheduling (needs permission).")
-    ] = False,
-) -> Options:
-    """Fly a tilt-wing UAV that speaks MAVLink, in real time, until Ctrl-C."""
-    if sysid + instance > 255:
-        msg = f"system id {sysid} + instance {instance} is more than 255"
-        raise typer.BadParameter(msg)
-    return Options(
-        at, tuple(link or ()), home, wind, earth.value, speed, seed, aircraft, sysid + instance, instance, servos,
-        wait_servos, servo_timeout, lockstep, rate, math.inf if duration is None else duration, rerun, realtime_priority,
-    )  # fmt: skip

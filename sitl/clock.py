@@ -18,8 +18,9 @@ _ROUNDING = 1e-6
 class Clock:
     """Turns wall time into due simulation steps ("ticks"), for real time, N times real time, or as fast as possible.
 
-    Behind schedule it asks for all the ticks that are due, so simulated time catches up. A host that stalls for longer than
-    `stall_limit` is not caught up with: the backlog is dropped and counted, for running it off would only be late again.
+    Behind schedule it asks for all the ticks that are due, so simulated time catches up. A host that stalls for longer
+    than `stall_limit` is not caught up with: the backlog is dropped and counted, for running it off would only be
+    late again.
 
     Attributes:
         speed: simulated seconds per wall second; `math.inf` never waits.
@@ -67,7 +68,7 @@ class Clock:
         return self._anchor_wall + (tick - self._anchor_tick) / self._ticks_per_second
 
     def due(self, tick: int, now: float, limit: int) -> int:
-        """Tick to advance to at wall time `now`, having reached `tick`; at most `limit` ahead, so that others get a turn."""
+        """Tick to advance to at wall time `now`, having reached `tick`; never more than `limit` ahead."""
         if self.speed == math.inf:
             return tick + limit
         due = self._anchor_tick + math.floor((now - self._anchor_wall) * self._ticks_per_second + _ROUNDING)
@@ -78,7 +79,7 @@ class Clock:
             self.dropped_ticks += due - tick - self._ticks_per_wake
             due = tick + self._ticks_per_wake
             self._anchor(due, now)
-        # In time are the ticks of this wake-up; each earlier one is judged once, even if catching up takes several turns.
+        # In time are the ticks of this wake-up; each earlier one is judged once, if catching up takes several turns.
         late_to = due - self._ticks_per_wake
         judged = max(tick, self._judged)
         if late_to > judged:

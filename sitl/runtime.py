@@ -7,7 +7,7 @@ behind queues of their own. Nothing here waits but for the clock, or in lockstep
 import gc
 import math
 import select
-import time
+import sys
 from typing import TYPE_CHECKING
 
 from sitl.simulation import FlightDivergedError
@@ -23,10 +23,11 @@ if TYPE_CHECKING:
 
 __all__ = ["Runtime"]
 
-VIEWER_PERIOD = 0.02  # [s], wall time
+VIEWER_PERIOD = 0.02  # between pictures [s], wall time
+KEEPALIVE_PERIOD = 0.2  # [s], wall time: the links' own matters go on while simulated time stands still
+IDLE_PERIOD = 0.05  # [s], how long to wait for input at a time where nothing else sets the pace
 TICKS_PER_TURN = 100  # catching up, or as fast as possible: so many steps before input is looked at again
-IDLE_PERIOD = 0.05  # [s], how long a held vehicle waits for input before it looks after the rest
-HEARTBEAT_PERIOD = 1.0  # [s], wall time, while simulated time stands still
+ROUNDING = 1e-6  # [ticks]; a message due exactly on a tick must not wait for the next
 EMERGENCY = 0  # MAV_SEVERITY
 
 
@@ -60,12 +61,14 @@ class Runtime:
         self._clock = clock
         self._viewer = viewer
         self._status = status
-        self._end = math.inf if duration == math.inf else max(0, math.ceil(duration * simulation.rate - 1e-9))
+        self._end = sys.maxsize if duration == math.inf else math.ceil(duration * simulation.rate - ROUNDING)
         self._wait_servos = wait_servos
         self._lockstep = lockstep
         self._going = True
-        self._next_view = self._next_report = self._next_heartbeat = -math.inf
-        self._text = ""
+        face.servo_input.follow(simulation.controls)  # channels that nobody sends stay where the start has them
+        self._seen = simulation.snapshot()
+        self._seen_tick = simulation.tick
+        self._next_view = self._next_keepalive = self._next_report = -math.inf  # [s], wall time
 
     def stop(self) -> None:
         """End the flight after the present turn; may be called from a signal handler."""
@@ -73,18 +76,109 @@ class Runtime:
 
     def run(self) -> None:
         """Fly. Raises FlightDivergedError, after telling the links, when the equations give nonsense."""
-        # Reference counting frees all of what a turn leaves behind, so the collector would only cost pauses over
-        # the objects that exist by now.
+        # Reference counts free all that a turn leaves behind; what exists by now need never be looked through again.
         gc.collect()
         gc.freeze()
+        begin = self._clock.now()
+        begin_time = self._simulation.time
+        self._next_report = begin + self._status.period
         try:
+            if self._wait_servos and not self._lockstep:
+                self._hold_until_servos()
             if self._lockstep:
-                self._run_lockstep()
+                self._fly_in_lockstep()
             else:
-                if self._wait_servos:
-                    self._hold_until_servos()
-                self._run_paced()
-        except FlightDivergedError as error:
+                self._fly_by_clock()
+        except FlightDivergedError:
             self._face.statustext(EMERGENCY, "Flight diverged: simulation stopped")
-            self._face.publish(self._simulation.snapshot(), time.monotonic())
-            raise error from None
+            self._face.publish(self._look(), self._clock.now())
+            raise
+        finally:
+            now = self._clock.now()
+            self._status.offer(self._report(now))
+            flown, took = self._simulation.time - begin_time, max(now - begin, 1e-9)
+            self._status.say(f"Flew {flown:.2f} s in {took:.2f} s, {flown / took:.4g} x real time")
+
+    def _fly_by_clock(self) -> None:
+        simulation, face, clock = self._simulation, self._face, self._clock
+        clock.start(simulation.tick)
+        while self._going and simulation.tick < self._end:
+            now = clock.now()
+            face.receive(now)
+            self._apply_servos()
+            target = min(clock.due(simulation.tick, now, TICKS_PER_TURN), self._end)
+            while True:
+                message_due = face.next_due() * simulation.rate - ROUNDING
+                if message_due <= simulation.tick:
+                    face.publish(self._look(), now)
+                    message_due = face.next_due() * simulation.rate - ROUNDING
+                if simulation.tick >= target:
+                    break
+                stop = target if message_due >= target else max(math.ceil(message_due), simulation.tick + 1)
+                simulation.advance(stop - simulation.tick)
+            self._attend(now)
+            clock.wait(simulation.tick)
+
+    def _fly_in_lockstep(self) -> None:
+        simulation, face, servos, clock = self._simulation, self._face, self._face.servo_input, self._clock
+        while self._going and simulation.tick < self._end:
+            select.select(face.sockets(), (), (), IDLE_PERIOD)
+            now = clock.now()
+            face.receive(now)
+            if servos.take_repeat():
+                face.answer(self._look(), now)
+            while servos.take_tick() and simulation.tick < self._end:
+                simulation.set_controls(servos.controls)
+                simulation.advance(1)
+                face.answer(self._look(), now)
+                if face.next_due() <= simulation.time:
+                    face.publish(self._look(), now)
+            self._attend(now)
+
+    def _hold_until_servos(self) -> None:
+        face, clock = self._face, self._clock
+        while self._going and face.servo_input.source is None:
+            select.select(face.sockets(), (), (), IDLE_PERIOD)
+            now = clock.now()
+            face.receive(now)
+            self._attend(now)
+
+    def _apply_servos(self) -> None:
+        servos = self._face.servo_input
+        if servos.source is None:
+            servos.follow(self._simulation.controls)
+        else:
+            self._simulation.set_controls(servos.controls)
+
+    def _look(self) -> "Snapshot":
+        """The present moment, looked at once however many want to see it."""
+        if self._seen_tick != self._simulation.tick:
+            self._seen = self._simulation.snapshot()
+            self._seen_tick = self._simulation.tick
+        return self._seen
+
+    def _attend(self, now: float) -> None:
+        """What is due by wall time: pictures, the links' own matters, a line for the terminal."""
+        if now >= self._next_view:
+            self._next_view = now + VIEWER_PERIOD
+            self._viewer.offer(self._look())
+        if now >= self._next_keepalive:
+            self._next_keepalive = now + KEEPALIVE_PERIOD
+            self._face.publish(self._look(), now)
+        if now >= self._next_report:
+            self._next_report = now + self._status.period
+            self._status.offer(self._report(now))
+
+    def _report(self, now: float) -> Report:
+        seen, source = self._look(), self._face.servo_input.source
+        place = "on the ground" if seen.on_ground else f"{-seen.position_ned[2]:.0f} m, {seen.airspeed:.1f} m/s"
+        held_by = "nobody" if source is None else f"system {source.system}"
+        return Report(
+            time=seen.time,
+            wall_time=now,
+            state=f"{place}, tilt {math.degrees(seen.tilt):.0f} deg, servos: {held_by}",
+            late_ticks=self._clock.late_ticks,
+            dropped_ticks=self._clock.dropped_ticks,
+            links=self._face.statistics(),
+            viewer_dropped=self._viewer.dropped,
+        )

@@ -11,7 +11,6 @@ import numpy as np
 from sitl.snapshot import Snapshot
 from vehicle_model.atmosphere import atmosphere
 from vehicle_model.compiled import compiled
-
 from vehicle_model.earth import geodetic, local_axes
 from vehicle_model.integrate import advance, observe
 from vehicle_model.records import OUTPUTS
@@ -174,7 +173,8 @@ def _finite(values: "ArrayLike", names: tuple[str, ...], what: str) -> np.ndarra
         raise ValueError(msg)
     broken = _not_finite(array, names)
     if broken:
-        msg = f"{what}: expected finite numbers, got {', '.join(f'{name} = {array[names.index(name)]}' for name in broken)}"
+        values = ", ".join(f"{name} = {array[names.index(name)]}" for name in broken)
+        msg = f"{what}: expected finite numbers, got {values}"
         raise ValueError(msg)
     return array
 
@@ -213,14 +213,10 @@ def _look(state, vehicle, environment, outputs, view) -> None:
     view[9], view[10], view[11], view[12] = a0, a1, a2, a3
     view[13], view[14], view[15] = roll, pitch, yaw
     for k in range(3):
-        out.velocity_ned[k] = velocity[k]
         view[6 + k] = velocity[k]
         view[16 + k] = state[RATES + k]
         view[19 + k] = out.force_body[k] / vehicle[0].mass
         view[26 + k] = wind[k]
-    air = out.velocity_air_body
-    out.angle_of_attack = math.atan2(air[2], air[0])
-    out.sideslip = math.atan2(air[1], math.sqrt(air[0] * air[0] + air[2] * air[2]))
     view[22] = out.airspeed
     view[23], view[24], view[25] = pressure, temperature, density
     view[29] = state[TILT]

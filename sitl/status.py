@@ -6,7 +6,6 @@ A thread of its own writes, for a terminal can stand still (Ctrl-S, a full pipe)
 import queue
 import sys
 import threading
-import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TextIO
@@ -57,6 +56,10 @@ class Status:
         self._report = report
         self._lines.put("")
 
+    def is_writing(self) -> bool:
+        """True until everything is written after `close`, or nobody reads any more."""
+        return self._thread.is_alive()
+
     def close(self, deadline: float = 1.0) -> None:
         """Write what is left, giving up after `deadline` wall seconds."""
         self._lines.put(None)
@@ -65,13 +68,13 @@ class Status:
     def _write(self) -> None:
         try:
             while (line := self._lines.get()) is not None:
-                if line:
-                    self._stream.write(f"{CLEAR_LINE if self._live else ''}{line}\n")
                 report = self._report
                 if report is not None and report is not self._shown:
                     text = describe(report, self._shown)
                     self._stream.write(f"{CLEAR_LINE}{text}" if self._live else f"{text}\n")
                     self._shown = report
+                if line:
+                    self._stream.write(f"{CLEAR_LINE if self._live else ''}{line}\n")
                 self._stream.flush()
             if self._live and self._shown is not None:
                 self._stream.write("\n")

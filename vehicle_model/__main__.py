@@ -12,6 +12,7 @@ import numpy as np
 import typer
 
 from vehicle_model.aircraft import Aircraft, AircraftFileError, load_aircraft
+from vehicle_model.check_case_file import CaseFileError
 from vehicle_model.linearise import HOLDS, Hold, Mode, linearise
 from vehicle_model.linearise import modes as natural_modes
 from vehicle_model.trim import Trim, TrimError, trim_level, trim_sweep
@@ -206,14 +207,17 @@ def case(file: Annotated[Path, typer.Argument(help="Check case, TOML.")]) -> Non
     """Fly a check case and compare it with the values it expects."""
     from vehicle_model.check_case import run_case  # noqa: PLC0415
 
-    print(run_case(file))
+    result = run_case(file)
+    print(result)
+    if not result.passed:
+        raise typer.Exit(1)
 
 
 def main() -> None:
     """Entry point: errors of the user's making are one line and exit status 1."""
     try:
         app()
-    except (AircraftFileError, TrimError, OSError) as error:
+    except (AircraftFileError, CaseFileError, TrimError, OSError) as error:
         sys.exit(f"error: {error}")
 
 

@@ -50,7 +50,7 @@ def _check_strips(tables: AircraftTables) -> None:
     for index, strip in sorted(enumerate(wing.strips), key=lambda item: item[1].y):
         inner = strip.y - strip.width / 2
         if inner < edge - _JOINT:
-            expected = f"expected to begin {edge:.6g} m or more from the plane of symmetry, where the strip before ends"
+            expected = f"expected {edge:.6g} m or more to its inner edge, where the strip before ends"
             raise SchemaError(("wing", "strips", index, "y"), f"{expected}, got {inner:.6g} m")
         edge = strip.y + strip.width / 2
     if abs(edge - wing.span / 2) > _JOINT:
@@ -76,7 +76,8 @@ def _check_contacts(tables: AircraftTables) -> None:
     _check_unique(("contacts",), [contact.name for contact in tables.contacts])
     count = sum(2 if contact.mirrored else 1 for contact in tables.contacts)
     if count > MAX_CONTACTS:
-        raise SchemaError(("contacts",), f"expected at most {MAX_CONTACTS} points with their mirror images, got {count}")
+        expected = f"expected at most {MAX_CONTACTS} points with their mirror images"
+        raise SchemaError(("contacts",), f"{expected}, got {count}")
 
 
 def _check_outputs(tables: AircraftTables) -> None:

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from vehicle_model.aircraft_checks import check_consistency
-from vehicle_model.aircraft_schema import Keys, SchemaError, decode, element_index, replace
+from vehicle_model.aircraft_schema import SchemaError, decode, element_index, replace
 from vehicle_model.aircraft_tables import AircraftTables
-from vehicle_model.toml_lines import blank_texts, entry_lines, line_of
+from vehicle_model.toml_lines import Keys, blank_texts, entry_lines, line_of
 from vehicle_model.units import UNITS
 
 __all__ = ["AircraftFileError", "read_tables", "write_values"]
@@ -56,7 +56,7 @@ def write_values(path: Path | str, values: Mapping[str, Any], source: str, *, di
         line = None if number is None else _rewritten(lines[number - 1], _raw_at(document, keys), value, source, digits)
         if number is None or line is None:
             place = f"{path}:{line_of(places, keys)}: {'.'.join(map(str, keys))}"
-            raise AircraftFileError(f'{place}: expected {{ value = .., unit = ".." }} on one line, to write a value into')
+            raise AircraftFileError(f'{place}: expected {{ value = .., unit = ".." }} on one line, to write into')
         lines[number - 1] = line
     text = "\n".join(lines)
     _parse(text, path)
@@ -68,7 +68,8 @@ def _read(path: Path) -> str:
         return path.read_bytes().decode()
     except UnicodeDecodeError as error:
         line = error.object[: error.start].count(b"\n") + 1
-        raise AircraftFileError(f"{path}:{line}: expected UTF-8 text, got byte 0x{error.object[error.start]:02x}") from None
+        found = f"got byte 0x{error.object[error.start]:02x}"
+        raise AircraftFileError(f"{path}:{line}: expected UTF-8 text, {found}") from None
     except OSError as error:
         raise AircraftFileError(f"{path}: cannot be read: {error.strerror}") from None
 
@@ -94,9 +95,9 @@ def _keys(tables: AircraftTables, path: list[str]) -> Keys:
     keys: Keys = ()
     at: Any = tables
     for name in path:
-        if hasattr(at, name):
+        if not isinstance(at, tuple):
             keys, at = (*keys, name), getattr(at, name)
-        elif isinstance(at, tuple) and not isinstance(at[0], float):
+        elif not isinstance(at[0], float):
             index = element_index(at, name, keys)
             keys, at = (*keys, index), at[index]
     return keys
@@ -117,7 +118,7 @@ def _raw_at(document: dict[str, Any], keys: Keys) -> Any:
 
 
 def _rewritten(line: str, raw: Any, value: Any, source: str, digits: int) -> str | None:
-    """The line of an entry with a new value and source, its columns kept if they are wide enough; None if it cannot be."""
+    """The line of an entry with a new value and source, columns kept if wide enough; None if it has no value."""
     if not isinstance(raw, dict):  # a choice, a flag or a text: no number, so no source
         return _with_text(line, value)
     found = re.search(r"\bvalue\s*=\s*(\[[^\]]*\]|[^\s,}]+)(\s*,\s*|\s*)", blank_texts(line))
@@ -149,7 +150,7 @@ def _with_source(line: str, source: str) -> str:
 
 def _with_text(line: str, value: Any) -> str | None:
     new = json.dumps(value, ensure_ascii=False)
-    found = re.match(r"([^=]*=\s*)(~+?(?=\s*~*\s*$)|true|false)", blank_texts(line))
+    found = re.match(r"""([^=]*=\s*)("(?:\\.|[^"\\])*"|'[^']*'|true|false)""", line)
     return None if found is None else line[: found.start(2)] + new + line[found.end(2) :]
 
 

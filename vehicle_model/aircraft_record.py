@@ -9,8 +9,17 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vehicle_model.aircraft_tables import AircraftTables, HorizontalTail, Rotor, Servo, Strip, VerticalTail, Wing
-from vehicle_model.records import VEHICLE
+from vehicle_model.aircraft_tables import (
+    AircraftTables,
+    Contact,
+    HorizontalTail,
+    Rotor,
+    Servo,
+    Strip,
+    VerticalTail,
+    Wing,
+)  # fmt: skip
+from vehicle_model.records import CONTACT, ROTOR, SERVO, SURFACE, VEHICLE
 from vehicle_model.surface import max_lift_angle
 
 __all__ = ["ROTOR_NAMES", "surface_names", "vehicle_record"]
@@ -19,14 +28,16 @@ ROTOR_NAMES = ("left", "right", "tail")
 
 _LEFT, _RIGHT = -1, 1
 _NONE = -1  # no rotor, no servo
+_ROTOR = {_LEFT: 0, _RIGHT: 1}
 _AILERON = {_LEFT: 1, _RIGHT: 2}  # servos in the order of VEHICLE
 _ELEVATOR = 3
 
 _Vector = tuple[float, float, float]
+_Section = Wing | HorizontalTail | VerticalTail  # what has the lift and drag curves of a section
 
 
 def surface_names(tables: AircraftTables) -> tuple[str, ...]:
-    """Names of the surfaces in the order of VEHICLE: strips of the left wing from the root out, right wing, tail, fin."""
+    """Names of the surfaces in the order of VEHICLE: left wing from the root out, right wing, tailplane, fin."""
     sides = [f"{side} {strip.name}" for side in ("left", "right") for strip in tables.wing.strips]
     return (*sides, "horizontal tail", "vertical tail")
 
@@ -38,7 +49,7 @@ def vehicle_record(tables: AircraftTables) -> npt.NDArray[np.void]:
     vehicle = array[0]
     inertia = _inertia(tables)
     contacts = [
-        (_less(_on_side(contact.position, side), origin), contact.stiffness, contact.damping, contact.friction)
+        _contact(contact, side, origin)
         for contact in tables.contacts
         for side in ((_LEFT, _RIGHT) if contact.mirrored else (_RIGHT,))
     ]
@@ -74,8 +85,6 @@ def vehicle_record(tables: AircraftTables) -> npt.NDArray[np.void]:
             vehicle[name][: len(rows[name])] = rows[name]
         else:
             vehicle[name] = values[name]
-    for surface in vehicle["surfaces"][: len(surfaces)]:
-        surface["max_lift_angle"] = max_lift_angle(surface)
     array.flags.writeable = False
     return array
 
@@ -93,103 +102,157 @@ def _inertia(tables: AircraftTables) -> npt.NDArray[np.float64]:
     return np.array([[m.ixx, 0.0, -m.ixz], [0.0, m.iyy, 0.0], [-m.ixz, 0.0, m.izz]])
 
 
-def _servo(servo: Servo) -> tuple[float, ...]:
-    return servo.time_constant, servo.rate_limit, servo.minimum, servo.maximum
+def _row(record: np.dtype[np.void], **values: Any) -> tuple[Any, ...]:
+    """The values in the order of the record's fields; KeyError if one is missing, so that none is silently zero."""
+    row = tuple(values.pop(name) for name in record.names or ())
+    if values:
+        raise KeyError(f"no such fields: {', '.join(values)}")
+    return row
+
+
+def _servo(servo: Servo) -> tuple[Any, ...]:
+    return _row(
+        SERVO,
+        time_constant=servo.time_constant,
+        rate_limit=servo.rate_limit,
+        minimum=servo.minimum,
+        maximum=servo.maximum,
+    )
+
+
+def _contact(contact: Contact, side: int, origin: _Vector) -> tuple[Any, ...]:
+    return _row(
+        CONTACT,
+        position=_less(_on_side(contact.position, side), origin),
+        stiffness=contact.stiffness,
+        damping=contact.damping,
+        friction=contact.friction,
+    )
 
 
 def _rotors(tables: AircraftTables, origin: _Vector) -> list[tuple[Any, ...]]:
     wing, tail, voltage = tables.rotors.wing, tables.rotors.tail, tables.battery.voltage
-    hand = 1.0 if wing.spin == "right-handed" else -1.0
     pair = [
-        _rotor(wing, _on_side(wing.hub, side), axis=(1.0, 0.0, 0.0), tilts=1, spin=side * hand, voltage=voltage)
+        _rotor(wing, voltage, side, position=_on_side(wing.hub, side), axis=(1.0, 0.0, 0.0), tilts=1)
         for side in (_LEFT, _RIGHT)
     ]
-    hand = 1.0 if tail.spin == "right-handed" else -1.0
-    return [*pair, _rotor(tail, _less(tail.hub, origin), axis=(0.0, 0.0, -1.0), tilts=0, spin=hand, voltage=voltage)]
+    return [*pair, _rotor(tail, voltage, _RIGHT, position=_less(tail.hub, origin), axis=(0.0, 0.0, -1.0), tilts=0)]
 
 
-def _rotor(rotor: Rotor, hub: _Vector, *, axis: _Vector, tilts: int, spin: float, voltage: float) -> tuple[Any, ...]:
-    """A row of ROTOR, in the order of its fields."""
+def _rotor(rotor: Rotor, voltage: float, side: int, **mounting: Any) -> tuple[Any, ...]:
     motor = rotor.motor
-    return (
-        hub,
-        axis,
-        tilts,
-        spin,
-        rotor.radius,
-        rotor.twist,
-        rotor.lift_slope,
-        rotor.blades,
-        rotor.blade_chord,
-        rotor.profile_drag,
-        rotor.inertia,
-        motor.velocity_constant,
-        motor.resistance,
-        motor.no_load_current,
-        voltage,
-        motor.max_current,
-        motor.max_power,
-        motor.throttle == "power",
-        -1.0 if motor.reversible else 0.0,
+    return _row(
+        ROTOR,
+        **mounting,
+        spin=side * (1.0 if rotor.spin == "right-handed" else -1.0),
+        radius=rotor.radius,
+        twist=rotor.twist,
+        lift_slope=rotor.lift_slope,
+        blades=rotor.blades,
+        blade_chord=rotor.blade_chord,
+        profile_drag=rotor.profile_drag,
+        inertia=rotor.inertia,
+        velocity_constant=motor.velocity_constant,
+        resistance=motor.resistance,
+        no_load_current=motor.no_load_current,
+        battery_voltage=voltage,
+        max_current=motor.max_current,
+        max_power=motor.max_power,
+        throttle_sets_power=motor.throttle == "power",
+        min_throttle=-1.0 if motor.reversible else 0.0,
     )
 
 
 def _surfaces(tables: AircraftTables, origin: _Vector) -> list[tuple[Any, ...]]:
-    strips = [_strip(tables.wing, strip, side) for side in (_LEFT, _RIGHT) for strip in tables.wing.strips]
-    horizontal, vertical = tables.tail.horizontal, tables.tail.vertical
-    return [*strips, _horizontal(horizontal, origin), _vertical(vertical, origin)]
+    wing, horizontal, vertical = tables.wing, tables.tail.horizontal, tables.tail.vertical
+    wing_peak = _max_lift_angle(wing)
+    strips = [_strip(wing, strip, side, wing_peak) for side in (_LEFT, _RIGHT) for strip in wing.strips]
+    tail = _surface(
+        horizontal,
+        position=_less(horizontal.position, origin),
+        area=horizontal.area,
+        chord=horizontal.area / horizontal.span,
+        incidence=horizontal.incidence,
+        servo=_ELEVATOR,
+        flap_effectiveness=horizontal.elevator_effectiveness,
+        downwash_factor=horizontal.downwash_factor,
+    )
+    # A normal to the right: flow from the right gives lift to the left, as flow from below lifts a wing.
+    fin = _surface(
+        vertical,
+        position=_less(vertical.position, origin),
+        down=(0.0, 1.0, 0.0),
+        area=vertical.area,
+        chord=vertical.area / vertical.height,
+    )
+    return [*strips, tail, fin]
 
 
-def _strip(wing: Wing, strip: Strip, side: int) -> tuple[Any, ...]:
-    """A row of SURFACE, in the order of its fields, for one side's strip of the wing, in wing axes from the pivot."""
+def _strip(wing: Wing, strip: Strip, side: int, peak: float) -> tuple[Any, ...]:
+    """One side's strip of the wing, in wing axes from the pivot."""
     chord = wing.chord_at(strip.y)
-    slope = math.tan(wing.dihedral)
     literal = strip.wetted and wing.slipstream == "paper"  # eqs (9)-(11): the wake alone, and no induced drag
-    return (
-        (wing.quarter_chord_x, side * strip.y, wing.quarter_chord_z - strip.y * slope),
-        *_chord_and_normal((0.0, side * math.sin(wing.dihedral), math.cos(wing.dihedral)), wing.incidence),
-        1,
-        chord * strip.width,
-        chord,
-        *_polar(wing, induced_drag=0.0 if literal else wing.induced_drag),
-        max(side, 0) if strip.wetted else _NONE,  # rotors: 0 left, 1 right
-        (1.0 if literal else wing.wake_factor) if strip.wetted else 0.0,
-        0.0 if literal else 1.0,
-        _AILERON[side] if strip.aileron else _NONE,
-        wing.aileron_effectiveness if strip.aileron else 0.0,
-        0.0,  # downwash: none on the wing itself
+    return _surface(
+        wing,
+        position=(wing.quarter_chord_x, side * strip.y, wing.quarter_chord_z - strip.y * math.tan(wing.dihedral)),
+        down=(0.0, side * math.sin(wing.dihedral), math.cos(wing.dihedral)),
+        tilts=1,
+        area=chord * strip.width,
+        chord=chord,
+        incidence=wing.incidence,
+        max_lift_angle=peak,
+        induced_drag=0.0 if literal else wing.induced_drag,
+        rotor=_ROTOR[side] if strip.wetted else _NONE,
+        wake_factor=(1.0 if literal else wing.wake_factor) if strip.wetted else 0.0,
+        freestream_factor=0.0 if literal else 1.0,
+        servo=_AILERON[side] if strip.aileron else _NONE,
+        flap_effectiveness=wing.aileron_effectiveness if strip.aileron else 0.0,
     )
 
 
-def _horizontal(tail: HorizontalTail, origin: _Vector) -> tuple[Any, ...]:
-    directions = _chord_and_normal((0.0, 0.0, 1.0), tail.incidence)
-    fixed = (_less(tail.position, origin), *directions, 0, tail.area, tail.area / tail.span)
-    flap = (_ELEVATOR, tail.elevator_effectiveness, tail.downwash_factor)
-    return (*fixed, *_polar(tail, tail.induced_drag), _NONE, 0.0, 1.0, *flap)
-
-
-def _vertical(tail: VerticalTail, origin: _Vector) -> tuple[Any, ...]:
-    # Normal to the right: flow from the right gives lift to the left, as flow from below lifts a wing.
-    directions = _chord_and_normal((0.0, 1.0, 0.0), 0.0)
-    fixed = (_less(tail.position, origin), *directions, 0, tail.area, tail.area / tail.height)
-    return (*fixed, *_polar(tail, tail.induced_drag), _NONE, 0.0, 1.0, _NONE, 0.0, 0.0)
-
-
-def _chord_and_normal(normal: _Vector, incidence: float) -> tuple[_Vector, _Vector]:
-    """Chord axis and normal of a surface whose normal at no incidence is given: nose up by `incidence` [rad]."""
-    cosine, sine = math.cos(incidence), math.sin(incidence)
-    x, y, z = normal
-    return (cosine - sine * x, -sine * y, -sine * z), (sine + cosine * x, cosine * y, cosine * z)
-
-
-def _polar(surface: Wing | HorizontalTail | VerticalTail, induced_drag: float) -> tuple[float, ...]:
-    return (
-        surface.lift_slope,
-        surface.stall_angle,
-        surface.stall_width,
-        0.0,  # max_lift_angle follows from the row
-        surface.plate_lift,
-        surface.plate_drag,
-        surface.zero_lift_drag,
-        induced_drag,
+def _surface(
+    section: _Section,
+    *,
+    position: _Vector,
+    area: float,
+    chord: float,
+    down: _Vector = (0.0, 0.0, 1.0),  # out of the lower side at zero incidence, square to x
+    incidence: float = 0.0,
+    max_lift_angle: float | None = None,
+    **values: Any,
+) -> tuple[Any, ...]:
+    """A lifting surface: a rigid one of the body in the free stream, but for the `values` that say otherwise."""
+    sine, cosine = math.sin(incidence), math.cos(incidence)
+    fixed: dict[str, Any] = {
+        "tilts": 0,
+        "induced_drag": section.induced_drag,
+        "rotor": _NONE,
+        "wake_factor": 0.0,
+        "freestream_factor": 1.0,
+        "servo": _NONE,
+        "flap_effectiveness": 0.0,
+        "downwash_factor": 0.0,
+    }
+    return _row(
+        SURFACE,
+        position=position,
+        chord_axis=(cosine, -sine * down[1], -sine * down[2]),
+        normal=(sine, cosine * down[1], cosine * down[2]),
+        area=area,
+        chord=chord,
+        lift_slope=section.lift_slope,
+        stall_angle=section.stall_angle,
+        stall_width=section.stall_width,
+        max_lift_angle=_max_lift_angle(section) if max_lift_angle is None else max_lift_angle,
+        plate_lift=section.plate_lift,
+        plate_drag=section.plate_drag,
+        zero_lift_drag=section.zero_lift_drag,
+        **(fixed | values),
     )
+
+
+def _max_lift_angle(section: _Section) -> float:
+    curve = np.zeros(1, SURFACE)
+    for name in ("lift_slope", "stall_angle", "stall_width", "plate_lift"):
+        curve[name] = getattr(section, name)
+    return max_lift_angle(curve[0])

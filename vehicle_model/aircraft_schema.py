@@ -4,18 +4,16 @@ The tables of the file are msgspec structs whose fields are annotated with a `Qu
 annotations into the kinds below, `decode` reads parsed TOML by them and `replace` exchanges single values.
 """
 
-import math
 from collections.abc import Sequence
 from functools import cache
 from typing import Annotated, Any, Literal, NamedTuple, Protocol, TypeVar, get_args, get_origin, get_type_hints
 
 import msgspec
 
+from vehicle_model.toml_lines import Keys
 from vehicle_model.units import UNITS
 
-__all__ = ["Keys", "Quantity", "SchemaError", "decode", "fields_of", "replace", "suggestion"]
-
-Keys = tuple[str | int, ...]  # where an entry stands: names of tables and keys, indices in arrays of tables
+__all__ = ["Field", "Quantity", "SchemaError", "decode", "element_index", "fields_of", "replace"]
 
 _Table = TypeVar("_Table", bound=msgspec.Struct)
 
@@ -166,6 +164,7 @@ class _SubTable(NamedTuple):
         return decode(self.table, raw, keys, source)
 
     def check(self, value: Any, keys: Keys) -> Any:
+        del value  # tables are not replaced as a whole
         raise SchemaError(keys, f"expected the name of a value in this table, one of {_names(self.table)}")
 
 
@@ -179,17 +178,18 @@ class _Tables(NamedTuple):
         return tuple(decode(self.table, item, (*keys, index), source) for index, item in enumerate(raw))
 
     def check(self, value: Any, keys: Keys) -> Any:
+        del value
         raise SchemaError(keys, "expected the name or index of one of these tables")
 
 
 def _plain(value: Any, field: _Number, keys: Keys) -> float:
     """A plain float from anything that behaves as one number (numpy scalars do)."""
-    try:
-        if isinstance(value, str | bytes | bool):
-            raise TypeError
-        return float(value)
-    except (TypeError, ValueError):
-        raise SchemaError(keys, f"expected {field.expected}, got {_written(value)}") from None
+    if hasattr(value, "__float__") and not isinstance(value, bool):
+        try:
+            return float(value)
+        except (TypeError, ValueError):  # an array of several numbers
+            pass
+    raise SchemaError(keys, f"expected {field.expected}, got {_written(value)}")
 
 
 def _value_and_unit(field: Field, raw: object, keys: Keys, source: str | None) -> tuple[Any, str]:
@@ -198,18 +198,18 @@ def _value_and_unit(field: Field, raw: object, keys: Keys, source: str | None) -
         raise SchemaError(keys, f'expected {{ value = .., unit = ".." }} with {field.expected}, got {_written(raw)}')
     for key in raw:
         if key not in {"value", "unit", "source"}:
-            raise SchemaError((*keys, key), f"no such key{suggestion(key, ('value', 'unit', 'source'))}")
+            raise SchemaError((*keys, key), f"no such key{_suggestion(key, ('value', 'unit', 'source'))}")
     for key in ("value", "unit"):
         if key not in raw:
             raise SchemaError(keys, f"{key} is missing; expected {field.expected}")
     if not isinstance(raw["unit"], str):
-        raise SchemaError(keys, f"expected a unit such as {_written(field_unit(field))}, got {_written(raw['unit'])}")
+        raise SchemaError(keys, f"expected a unit such as {_written(_unit_of(field))}, got {_written(raw['unit'])}")
     if _source(raw, keys, source) is None:
         raise SchemaError(keys, "source is missing; give one here or in its table")
     return raw["value"], raw["unit"]
 
 
-def field_unit(field: Field) -> str:
+def _unit_of(field: Field) -> str:
     """The unit in which the range of a number or vector is given."""
     number = field.component if isinstance(field, _Vector) else field
     return number.quantity.unit if isinstance(number, _Number) else "1"
@@ -218,7 +218,8 @@ def field_unit(field: Field) -> str:
 def _source(table: dict[str, Any], keys: Keys, inherited: str | None) -> str | None:
     source = table.get("source", inherited)
     if source is not None and (not isinstance(source, str) or not source.strip()):
-        raise SchemaError((*keys, "source"), f"expected a text that says where the numbers are from, got {_written(source)}")
+        expected = "expected a text that says where the numbers are from"
+        raise SchemaError((*keys, "source"), f"{expected}, got {_written(source)}")
     return source
 
 
@@ -226,7 +227,7 @@ def _names(table: type[msgspec.Struct]) -> str:
     return ", ".join(fields_of(table))
 
 
-def suggestion(name: str, known: Sequence[str]) -> str:
+def _suggestion(name: str, known: Sequence[str]) -> str:
     """End of a message about an unknown name: the nearest known one, or all of them."""
     from difflib import get_close_matches  # only needed once something is wrong
 
@@ -266,7 +267,7 @@ def decode(table: type[_Table], raw: dict[str, Any], keys: Keys = (), source: st
     source = _source(raw, keys, source)
     for key in raw:
         if key not in fields and key != "source":
-            raise SchemaError((*keys, key), f"no such key{suggestion(key, tuple(fields))}")
+            raise SchemaError((*keys, key), f"no such key{_suggestion(key, tuple(fields))}")
     for name, field in fields.items():
         if name not in raw:
             raise SchemaError((*keys, name), f"missing; expected {field.expected}")
@@ -282,7 +283,7 @@ def replace(table: _Table, path: Sequence[str], value: Any, keys: Keys = ()) -> 
     field = fields_of(type(table)).get(name)
     keys = (*keys, name)
     if field is None:
-        raise SchemaError(keys, f"no such value{suggestion(name, tuple(fields_of(type(table))))}")
+        raise SchemaError(keys, f"no such value{_suggestion(name, tuple(fields_of(type(table))))}")
     old = getattr(table, name)
     if not rest:
         new = field.check(value, keys)
@@ -306,4 +307,4 @@ def element_index(elements: Sequence[Any], name: str, keys: Keys) -> int:
         return names.index(name)
     if name.isdecimal() and int(name) < len(elements):
         return int(name)
-    raise SchemaError(keys, f"no such table{suggestion(name, names)}")
+    raise SchemaError(keys, f"no such table{_suggestion(name, names)}")

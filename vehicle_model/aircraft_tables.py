@@ -11,8 +11,8 @@ import msgspec
 from vehicle_model.aircraft_schema import Quantity
 
 __all__ = [
-    "AircraftTables", "Battery", "Contact", "Elevator", "Fuselage", "HorizontalTail", "MassProperties", "Motor", "Rotor",
-    "Rotors", "Servo", "ServoOutput", "Servos", "Shapes", "Strip", "Tail", "VerticalTail", "Wing",
+    "AircraftTables", "Battery", "Contact", "Elevator", "Fuselage", "HorizontalTail", "MassProperties", "Motor",
+    "Rotor", "Rotors", "Servo", "ServoOutput", "Servos", "Shapes", "Strip", "Tail", "VerticalTail", "Wing",
 ]  # fmt: skip
 
 Vector = tuple[float, float, float]

@@ -8,9 +8,9 @@ from vehicle_model.earth import height_above_ellipsoid
 from vehicle_model.ground import contact_force
 from vehicle_model.loads import vehicle_loads
 from vehicle_model.motor import servo_rate
-from vehicle_model.rigid_body import rigid_body_derivative
+from vehicle_model.rigid_body import rates_relative_to_earth, rigid_body_derivative
 from vehicle_model.rotation import body_to_ned, ned_to_body
-from vehicle_model.state import POSITION, QUATERNION, RATES, ROTOR_SPEED, TILT, VELOCITY
+from vehicle_model.state import POSITION, QUATERNION, ROTOR_SPEED, TILT, VELOCITY
 
 __all__ = ["derivative", "gear_loads"]
 
@@ -64,8 +64,7 @@ def derivative(state, controls, vehicle, environment, outputs, rate) -> None:
     density = air_density(height)
     wind = ned_to_body(q0, q1, q2, q3, world.wind_ned[0], world.wind_ned[1], world.wind_ned[2])
     air = (state[VELOCITY] - wind[0], state[VELOCITY + 1] - wind[1], state[VELOCITY + 2] - wind[2])
-    spin = ned_to_body(q0, q1, q2, q3, world.rotation_ned[0], world.rotation_ned[1], world.rotation_ned[2])
-    turn_rates = (state[RATES] - spin[0], state[RATES + 1] - spin[1], state[RATES + 2] - spin[2])
+    turn_rates = rates_relative_to_earth(state, world)
 
     fx, fy, fz, mx, my, mz = vehicle_loads(state, controls, vehicle, air, turn_rates, density, outputs)
     above_ground = height - world.ground_height

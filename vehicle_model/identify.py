@@ -5,11 +5,10 @@ and the axes of the step response (Fig. 12). This program searches, inside range
 have, for parameters that meet them together: many random starts, then bounded least squares from the best. What it
 finds is calibrated to the paper, not validated by it: dozens of sets fit.
 
-    python -m vehicle_model.identify --starts 200 --seed 1 --write vehicle_model/hong2013.toml
+    python -m vehicle_model.identify --seed 1 --write vehicle_model/hong2013.toml
 """
 
 import math
-import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -28,28 +27,29 @@ __all__ = ["RANGES", "TABLE_1", "Figures", "figures_of", "identify", "misfit"]
 TABLE_1 = {"short_period": complex(-2.6766, 10.7711), "phugoid": complex(-0.0626, 0.4481)}
 AIRSPEEDS = np.arange(31.0)
 CRUISE = 30.0
+PULL = 0.03  # towards the middle of the ranges: picks the least extreme of the sets that fit
 
 # What may be varied, and within which limits (SI). The propeller's blades may stall in hover at this pitch, so its lift
 # slope is an effective one, below 2 pi.
 RANGES: dict[str, tuple[float, float]] = {
-    "mass_properties.mass": (8.0, 15.0),
-    "mass_properties.iyy": (0.5, 2.0),
+    "mass_properties.mass": (8.0, 14.0),
+    "mass_properties.iyy": (0.75, 2.0),
     "wing.chord": (0.18, 0.32),
     "wing.pivot.x": (-0.10, 0.10),
     "wing.pivot.z": (-0.15, 0.05),
     "wing.quarter_chord_x": (-0.06, 0.06),
     "wing.quarter_chord_z": (-0.05, 0.05),
-    "wing.lift_slope": (3.8, 5.7),
-    "wing.stall_angle": (math.radians(14.0), math.radians(26.0)),
-    "wing.stall_width": (math.radians(4.0), math.radians(12.0)),
-    "wing.plate_lift": (0.8, 1.2),
+    "wing.lift_slope": (4.0, 5.7),
+    "wing.stall_angle": (math.radians(17.0), math.radians(27.0)),
+    "wing.stall_width": (math.radians(4.0), math.radians(10.0)),
+    "wing.plate_lift": (0.7, 1.1),
     "wing.plate_drag": (1.2, 2.0),
     "wing.zero_lift_drag": (0.012, 0.05),
     "wing.induced_drag": (0.03, 0.09),
     "wing.wake_factor": (1.2, 2.0),
     "rotors.wing.hub.x": (0.10, 0.25),
     "rotors.wing.hub.z": (-0.05, 0.05),
-    "rotors.wing.radius": (0.19, 0.27),
+    "rotors.wing.radius": (0.20, 0.27),
     "rotors.wing.twist": (0.45, 0.80),
     "rotors.wing.lift_slope": (3.5, 6.2),
     "rotors.wing.blade_chord": (0.012, 0.030),
@@ -74,6 +74,9 @@ class Figures:
     tilt: np.ndarray  # (31,) [rad]
     elevator: np.ndarray  # (31,) [rad]
     unbalanced: np.ndarray  # (31,) trim residual as a fraction of the weight
+    wetted_margin: np.ndarray  # (31,) angle to maximum lift of the wing in the slipstream [rad]
+    unwetted_margin: np.ndarray  # (31,) and outside it [rad]
+    max_lift_angle: float  # of the wing [rad]
     cruise: Trim
     model: LinearModel  # longitudinal, at 30 m/s
     short_period: complex
@@ -115,20 +118,26 @@ def figures_of(aircraft: Aircraft, hold: Hold = "throttle") -> Figures:
     rows = []
     x = np.array([480.0, 0.15, 0.0]) / LevelProblem.scale
     trims: list[Trim] = []
+    surfaces = aircraft.vehicle["surfaces"][0][: aircraft.vehicle["surface_count"][0]]
+    wetted = (surfaces["tilts"] == 1) & (surfaces["rotor"] >= 0)
+    unwetted = (surfaces["tilts"] == 1) & (surfaces["rotor"] < 0)
     for airspeed in AIRSPEEDS[::-1]:
         problem = LevelProblem(aircraft, float(airspeed), world)
         x, unbalanced = problem.newton(x)
-        rows.append((*(x * LevelProblem.scale), unbalanced))
+        problem.residual(x)
+        margin = problem.outputs["stall_margin"][0, : len(surfaces)]
+        rows.append((*(x * LevelProblem.scale), unbalanced, margin[wetted].min(), margin[unwetted].min()))
         if airspeed == CRUISE:
             trims.append(problem.finish(x))
-    speed, tilt, elevator, unbalanced = np.array(rows[::-1]).T
+    speed, tilt, elevator, unbalanced, wetted_margin, unwetted_margin = np.array(rows[::-1]).T
     cruise = trims[0]
     model = linearise(aircraft, cruise, hold, world).longitudinal()
     short_period, phugoid = _oscillations(model)
     theta_peak, q_peak = _step_peaks(model)
     thrust = cruise.outputs["rotor_force_body"][:, 0].sum()
     return Figures(
-        speed * 30.0 / math.pi, tilt, elevator, unbalanced, cruise, model, short_period, phugoid,
+        speed * 30.0 / math.pi, tilt, elevator, unbalanced, wetted_margin, unwetted_margin,
+        float(surfaces["max_lift_angle"][0]), cruise, model, short_period, phugoid,
         float(aircraft.vehicle["mass"][0] * 9.80665 / thrust), theta_peak, q_peak,
     )  # fmt: skip
 
@@ -149,7 +158,7 @@ def misfit(found: Figures) -> np.ndarray:
         np.array([(found.rpm[0] - 6000.0) / 30.0]),
         _beyond(found.rpm[30], 4250.0, 4900.0) / 20.0,
         _beyond(found.rpm, 3200.0, 6300.0) / 50.0,
-        _beyond(np.diff(found.rpm, 2), -90.0, 90.0) / 20.0,
+        _beyond(np.diff(found.rpm, 2), -150.0, 150.0) / 30.0,
         _beyond(tilt[0], 80.0, 88.0) / 0.5,
         _beyond(tilt[30], 4.0, 13.0) / 0.3,
         _beyond(np.diff(tilt), -6.5, -0.25) / 0.2,
@@ -157,6 +166,11 @@ def misfit(found: Figures) -> np.ndarray:
         _beyond(elevator, -8.5, 1.0) / 0.3,
         _beyond(np.diff(elevator, 2), -0.8, 0.8) / 0.2,
         np.minimum(found.unbalanced * 200.0, 20.0),
+        # Not the paper's but ours: a wing that does stall, yet not in level flight at any speed where the slipstream
+        # wets it, nor in a gust in cruise.
+        _beyond(math.degrees(found.max_lift_angle), 15.0, 24.0) / 0.5,
+        _beyond(np.degrees(found.wetted_margin), 3.0, 90.0) / 0.5,
+        _beyond(np.degrees(found.unwetted_margin[20:]), 8.0, 90.0) / 0.5,
         _beyond(found.lift_to_drag, 5.0, 10.0) / 0.2,
         _beyond(math.degrees(found.theta_peak), 0.0, 0.9) / 0.05,
         _beyond(math.degrees(found.q_peak), 0.0, 3.5) / 0.1,
@@ -170,25 +184,22 @@ def _candidate(base: Aircraft, fractions: np.ndarray) -> Aircraft:
 
 
 def _distance(base: Aircraft, fractions: np.ndarray, hold: Hold) -> np.ndarray:
-    """Misfit and a light pull to the middle of the ranges, which picks the least extreme of the sets that fit."""
+    """Misfit and the pull to the middle of the ranges."""
     error = misfit(figures_of(_candidate(base, fractions), hold))
-    return np.concatenate([np.nan_to_num(error, nan=10.0), 0.02 * (fractions - 0.5)])
+    return np.concatenate([np.nan_to_num(error, nan=10.0), PULL * (fractions - 0.5)])
 
 
 def identify(
-    base: Aircraft, hold: Hold, starts: int, seed: int, seconds: float
+    base: Aircraft, hold: Hold, starts: int, polished: int, seed: int
 ) -> tuple[Aircraft, dict[str, float], float]:
-    """Search from `starts` random points for at most about `seconds`; returns the best aircraft, its values and its cost."""
+    """Rank `starts` random points, polish the best of them; returns the best aircraft, its values and its cost."""
     rng = np.random.default_rng(seed)
-    deadline = time.monotonic() + seconds
     points = rng.uniform(0.05, 0.95, (starts, len(RANGES)))
     ranked = sorted(points, key=lambda point: float(np.sum(_distance(base, point, hold) ** 2)))
     best, best_cost = ranked[0], math.inf
-    for point in ranked:
-        if time.monotonic() > deadline:
-            break
+    for point in ranked[:polished]:
         found = least_squares(
-            lambda x: _distance(base, x, hold), point, bounds=(0.0, 1.0), diff_step=1e-5, max_nfev=60, x_scale=1.0
+            lambda x: _distance(base, x, hold), point, bounds=(0.0, 1.0), diff_step=1e-5, max_nfev=80, x_scale=1.0
         )
         if found.cost < best_cost:
             best, best_cost = found.x, float(found.cost)
@@ -201,21 +212,21 @@ def identify(
 
 
 def main(
-    starts: Annotated[int, typer.Option(help="Random starting points.")] = 60,
+    starts: Annotated[int, typer.Option(help="Random points to rank.")] = 400,
+    polished: Annotated[int, typer.Option(help="How many of the best to polish by least squares.")] = 12,
     seed: Annotated[int, typer.Option()] = 1,
-    seconds: Annotated[float, typer.Option(help="Begin no further start after this time.")] = 600.0,
     aircraft: Annotated[Path | None, typer.Option(help="Where the fixed numbers come from.")] = None,
     write: Annotated[Path | None, typer.Option(help="Aircraft file to put the found values into.")] = None,
 ) -> None:
     """Identify the aircraft's unpublished parameters from the paper's results."""
-    found, values, cost = identify(load_aircraft(aircraft), "throttle", starts, seed, seconds)
+    found, values, cost = identify(load_aircraft(aircraft), "throttle", starts, polished, seed)
     shown = figures_of(found)
     for path, value in values.items():
         low, high = RANGES[path]
         print(f"{path:42s} {value:12.5g}   {100 * (value - low) / (high - low):5.1f} % of {low:g} .. {high:g}")
     print(f"cost {cost:.4g}, short period {shown.short_period:.4f}, phugoid {shown.phugoid:.4f}")
     if write is not None:
-        write_values(write, values, "calibrated to Table 1 and Fig. 10 of the paper by vehicle_model.identify")
+        write_values(write, values, "calibrated to the paper")
 
 
 if __name__ == "__main__":

@@ -9,20 +9,14 @@ import math
 
 from vehicle_model.compiled import compiled
 from vehicle_model.motor import motor_current, motor_torque
+from vehicle_model.rotation import Vector, cross
 from vehicle_model.rotor import rotor_loads
-from vehicle_model.state import AILERON_LEFT, ROTOR_SPEED, TILT
+from vehicle_model.state import ROTOR_SPEED, TILT
 from vehicle_model.surface import strip_force
 
 __all__ = ["add_parts", "downwash_angle", "fuselage_loads", "vehicle_loads"]
 
-Vector = tuple[float, float, float]
 Loads = tuple[float, float, float, float, float, float]
-
-
-@compiled
-def cross(a: Vector, b: Vector) -> Vector:
-    """a x b."""
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 @compiled

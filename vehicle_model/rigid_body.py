@@ -9,11 +9,19 @@ every added term vanishes and eq. (1) remains, with its missing products of iner
 import numpy as np
 
 from vehicle_model.compiled import compiled
-from vehicle_model.earth import FLAT, gravitation
-from vehicle_model.rotation import Vector, body_to_ned, cross, ned_to_body, quaternion_rate
+from vehicle_model.earth import FLAT, geodetic, gravitation, local_axes
+from vehicle_model.rotation import (
+    Quaternion,
+    Vector,
+    body_to_ned,
+    cross,
+    ned_to_body,
+    quaternion_multiply,
+    quaternion_rate,
+)
 from vehicle_model.state import POSITION, QUATERNION, RATES, VELOCITY
 
-__all__ = ["gravity_ned", "rates_relative_to_earth", "rigid_body_derivative"]
+__all__ = ["gravity_ned", "local_motion", "rates_relative_to_earth", "rigid_body_derivative"]
 
 
 @compiled
@@ -36,9 +44,9 @@ def gravity_ned(north: float, east: float, down: float, environment) -> Vector:
     gn, ge, gd = gravitation(north, east, down, environment)
     if environment.earth == FLAT:
         return gn, ge, gd
-    turn, centre = environment.rotation_ned, environment.centre_ned
-    cx, cy, cz = cross(turn[0], turn[1], turn[2], north - centre[0], east - centre[1], down - centre[2])
-    cx, cy, cz = cross(turn[0], turn[1], turn[2], cx, cy, cz)
+    turn = (environment.rotation_ned[0], environment.rotation_ned[1], environment.rotation_ned[2])
+    centre = environment.centre_ned
+    cx, cy, cz = cross(turn, cross(turn, (north - centre[0], east - centre[1], down - centre[2])))
     return gn - cx, ge - cy, gd - cz
 
 
@@ -80,11 +88,11 @@ def rigid_body_derivative(
     gn, ge, gd = gravity_ned(north, east, down, environment)
     if environment.earth != FLAT:
         turn = environment.rotation_ned
-        cn, ce, cd = cross(turn[0], turn[1], turn[2], vn, ve, vd)
+        cn, ce, cd = cross((turn[0], turn[1], turn[2]), (vn, ve, vd))
         gn, ge, gd = gn - 2.0 * cn, ge - 2.0 * ce, gd - 2.0 * cd
     gx, gy, gz = ned_to_body(q0, q1, q2, q3, gn, ge, gd)
     pe, qe, re = rates_relative_to_earth(state, environment)
-    tx, ty, tz = cross(pe, qe, re, u, v, w)
+    tx, ty, tz = cross((pe, qe, re), (u, v, w))
     rate[VELOCITY] = fx / vehicle.mass + gx - tx
     rate[VELOCITY + 1] = fy / vehicle.mass + gy - ty
     rate[VELOCITY + 2] = fz / vehicle.mass + gz - tz
@@ -92,9 +100,24 @@ def rigid_body_derivative(
     d0, d1, d2, d3 = quaternion_rate(q0, q1, q2, q3, pe, qe, re)
     rate[QUATERNION], rate[QUATERNION + 1], rate[QUATERNION + 2], rate[QUATERNION + 3] = d0, d1, d2, d3
 
-    hx, hy, hz = _times(vehicle.inertia, p, q, r)
-    sx, sy, sz = cross(p, q, r, hx, hy, hz)
+    sx, sy, sz = cross((p, q, r), _times(vehicle.inertia, p, q, r))
     rate[RATES], rate[RATES + 1], rate[RATES + 2] = _times(vehicle.inertia_inverse, l - sx, m - sy, n - sz)
+
+
+@compiled
+def local_motion(state: np.ndarray, environment) -> tuple[Vector, Vector, Quaternion]:
+    """Where the body is and how it moves, as seen from the Earth below it.
+
+    Returns geodetic latitude and longitude [rad] and height above the ellipsoid [m]; velocity [m/s] relative to the
+    Earth in the local geodetic NED axes; and the quaternion that turns body vectors into those axes.
+    """
+    north, east, down = state[POSITION], state[POSITION + 1], state[POSITION + 2]
+    q0, q1, q2, q3 = state[QUATERNION], state[QUATERNION + 1], state[QUATERNION + 2], state[QUATERNION + 3]
+    l0, l1, l2, l3 = local_axes(north, east, down, environment)
+    attitude = quaternion_multiply(l0, l1, l2, l3, q0, q1, q2, q3)
+    a0, a1, a2, a3 = attitude
+    velocity = body_to_ned(a0, a1, a2, a3, state[VELOCITY], state[VELOCITY + 1], state[VELOCITY + 2])
+    return geodetic(north, east, down, environment), velocity, attitude
 
 
 @compiled

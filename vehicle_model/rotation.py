@@ -17,9 +17,9 @@ Quaternion = tuple[float, float, float, float]
 
 
 @compiled
-def cross(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> Vector:
+def cross(a: Vector, b: Vector) -> Vector:
     """Vector product a x b."""
-    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 @compiled

@@ -2,9 +2,9 @@
 
 import re
 
-__all__ = ["blank_texts", "entry_lines", "line_of"]
+__all__ = ["Keys", "blank_texts", "entry_lines", "line_of"]
 
-Keys = tuple[str | int, ...]
+Keys = tuple[str | int, ...]  # where an entry stands: names of tables and keys, indices in arrays of tables
 
 _KEY = r"""(?:[A-Za-z0-9_-]+|"[^"\n]*"|'[^'\n]*')"""
 _DOTTED = rf"{_KEY}(?:[ \t]*\.[ \t]*{_KEY})*"

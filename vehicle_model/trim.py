@@ -13,7 +13,6 @@ from vehicle_model.earth import make_environment
 from vehicle_model.equivalent_elevator import tail_speed
 from vehicle_model.motor import throttle_for
 from vehicle_model.records import OUTPUTS
-from vehicle_model.rotation import quaternion_from_euler
 from vehicle_model.state import CONTROL_COUNT, ELEVATOR, QUATERNION, RATES, ROTOR_SPEED, STATE_COUNT, TILT, VELOCITY
 
 __all__ = ["LevelProblem", "Trim", "TrimError", "still_air", "trim_level", "trim_sweep"]
@@ -75,9 +74,31 @@ def balance_motors(state, controls, vehicle, environment, outputs, rate) -> None
     derivative(state, controls, vehicle, environment, outputs, rate)
 
 
+def motor_shortfall(trimmed: np.void) -> str | None:
+    """What a motor cannot hold in the balance of an OUTPUTS record, or None.
+
+    A wing rotor has to keep its speed either way. The tail rotor may be driven a little by the flow at idle, which
+    the trim's balance does not feel, but must not ask its motor for more than that has.
+    """
+    excess = trimmed["motor_torque"] - trimmed["shaft_torque"]
+    driven = np.sign(trimmed["shaft_power"]) * excess >= 0.0
+    off = np.abs(excess) > 1e-6 * (np.abs(trimmed["shaft_torque"]) + 1e-3)
+    off[2] &= not driven[2]
+    if not off.any():
+        return None
+    worst = int(np.argmax(np.where(off, np.abs(excess), 0.0)))
+    name = ("left", "right", "tail")[worst]
+    return (
+        f"the {name} rotor takes {trimmed['shaft_torque'][worst]:.3g} N m, of which its motor gives "
+        f"{trimmed['motor_torque'][worst]:.3g} N m within its limits"
+    )
+
+
 @compiled
-def level_residual(x, airspeed: float, state, controls, vehicle, environment, outputs, rate) -> tuple[float, float, float]:
-    """Residuals (18) [N, N, N m] of level flight with the fuselage level; x = (rotor speed, tilt, equivalent elevator)."""
+def level_residual(
+    x, airspeed: float, state, controls, vehicle, environment, outputs, rate
+) -> tuple[float, float, float]:
+    """Residuals (18) [N, N, N m] of level flight with the fuselage level; x = (rotor speed, tilt, elevator command)."""
     craft = vehicle[0]
     state[VELOCITY] = airspeed
     state[ROTOR_SPEED] = x[0]
@@ -154,12 +175,13 @@ class LevelProblem:
 
     def least_squares(self, x: np.ndarray) -> tuple[np.ndarray, float]:
         """Robust fallback: bounded least squares, polished by Newton."""
-        from scipy.optimize import least_squares  # noqa: PLC0415  (slow to import, needed rarely)
+        from scipy.optimize import least_squares  # slow to import, needed rarely
 
         inside = np.clip(x, self.lower + 1e-9, self.upper - 1e-9)
         return self.newton(least_squares(self.residual, inside, bounds=(self.lower, self.upper), x_scale="jac").x)
 
     def finish(self, x: np.ndarray) -> Trim:
+        """The trim at a point, with the throttles that hold the rotors' speeds."""
         size = float(np.abs(self.residual(x)).max())
         balance_motors(self.state, self.controls, self.vehicle, self.environment, self.outputs, self.rate)
         speed, tilt, elevator = (float(v) for v in x * self.scale)
@@ -174,10 +196,12 @@ def trim_level(
     """Trim level flight at an airspeed [m/s] with the fuselage level (theta = 0), as the paper does.
 
     Unknowns are rotor speed, tilt and equivalent elevator, eqs (17)-(20). `near` is a neighbouring trim to start
-    from. Raises TrimError when no combination within the aircraft's limits balances weight, drag and moment.
+    from. Raises TrimError when no combination within the limits of servos and motors balances weight, drag and moment.
     """
     problem = LevelProblem(aircraft, airspeed, still_air() if environment is None else environment)
-    starts = [np.array([rpm * math.pi / 30.0, math.radians(tilt), math.radians(elevator)]) for rpm, tilt, elevator in GUESSES]
+    starts = [
+        np.array([rpm * math.pi / 30.0, math.radians(tilt), math.radians(elevator)]) for rpm, tilt, elevator in GUESSES
+    ]
     starts.sort(key=lambda start: abs(math.degrees(start[1]) - max(8.0, 90.0 - 4.0 * airspeed)))
     if near is not None:
         starts.insert(0, np.array([near.rotor_speed, near.tilt, near.elevator]))
@@ -188,11 +212,16 @@ def trim_level(
             if size < best:
                 best_x, best = x, size
             if size < RESIDUAL_GOAL:
-                return problem.finish(x)
+                found = problem.finish(x)
+                shortfall = motor_shortfall(found.outputs)
+                if shortfall is not None:
+                    raise TrimError(f"no level trim at {airspeed:g} m/s: at {found.rpm:.0f} rpm {shortfall}")
+                return found
     rpm, tilt, elevator = best_x * problem.scale
     raise TrimError(
         f"no level trim at {airspeed:g} m/s: the best of {2 * len(starts)} searches leaves {best:.2g} of the weight "
-        f"unbalanced, at {rpm * 30 / math.pi:.0f} rpm, tilt {math.degrees(tilt):.1f} deg, elevator {math.degrees(elevator):.1f} deg"
+        f"unbalanced, at {rpm * 30 / math.pi:.0f} rpm, tilt {math.degrees(tilt):.1f} deg, "
+        f"elevator {math.degrees(elevator):.1f} deg"
     )
 
 

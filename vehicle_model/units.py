@@ -1,4 +1,4 @@
-"""Units that an aircraft file may use, their dimension and their size in SI."""
+"""Units that aircraft files and check cases may use, their dimension and their size in SI."""
 
 import math
 from typing import NamedTuple
@@ -15,6 +15,8 @@ class Unit(NamedTuple):
 
 _DEGREE = math.pi / 180
 _RPM = 2 * math.pi / 60  # rad/s
+_FOOT = 0.3048  # m
+_SLUG = 0.45359237 * 9.80665 / _FOOT  # kg: what a pound-force accelerates by a foot per second squared
 
 UNITS: dict[str, Unit] = {
     "1": Unit("a plain number", 1.0),
@@ -23,15 +25,23 @@ UNITS: dict[str, Unit] = {
     "cm": Unit("a length", 1e-2),
     "mm": Unit("a length", 1e-3),
     "in": Unit("a length", 0.0254),
+    "ft": Unit("a length", _FOOT),
     "m^2": Unit("an area", 1.0),
     "dm^2": Unit("an area", 1e-2),
     "cm^2": Unit("an area", 1e-4),
+    "ft^2": Unit("an area", _FOOT**2),
     "kg": Unit("a mass", 1.0),
     "g": Unit("a mass", 1e-3),
+    "slug": Unit("a mass", _SLUG),
     "kg m^2": Unit("a moment of inertia", 1.0),
     "kg cm^2": Unit("a moment of inertia", 1e-4),
     "g m^2": Unit("a moment of inertia", 1e-3),
     "g cm^2": Unit("a moment of inertia", 1e-7),
+    "slug ft^2": Unit("a moment of inertia", _SLUG * _FOOT**2),
+    "kg/m^3": Unit("a density", 1.0),
+    "slug/ft^3": Unit("a density", _SLUG / _FOOT**3),
+    "m/s": Unit("a velocity", 1.0),
+    "ft/s": Unit("a velocity", _FOOT),
     "rad": Unit("an angle", 1.0),
     "deg": Unit("an angle", _DEGREE),
     "rad/s": Unit("an angular rate", 1.0),

@@ -34,9 +34,9 @@ def open_viewer(option: str, aircraft: "Aircraft", *, name: str = "tiltwing", ma
     Raises ViewerOptionError for any other option, a URL that is no Rerun address or a file that cannot be written.
     """
     kind, _, value = option.partition(":")
-    setup = {"kind": kind, "name": name, "map": map}
     if option == "off":
         return Viewer()
+    setup = {"kind": kind, "name": name, "map": map, "airframe": airframe(aircraft)}
     if option == "web":
         grpc_port = _free_port(GRPC_PORT)
         web_port = _free_port(WEB_PORT)
@@ -55,7 +55,7 @@ def open_viewer(option: str, aircraft: "Aircraft", *, name: str = "tiltwing", ma
     else:
         msg = f"viewer {option!r}: expected web, spawn, connect:URL, save:FILE.rrd or off"
         raise ViewerOptionError(msg)
-    return Viewer(address, setup | {"airframe": airframe(aircraft)})
+    return Viewer(address, setup)
 
 
 def _checked_url(url: str) -> str:

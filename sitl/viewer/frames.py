@@ -17,7 +17,10 @@ from vehicle_model.state import CONTROL_COUNT, STATE_COUNT
 if TYPE_CHECKING:
     from sitl.snapshot import Snapshot
 
-__all__ = ["ROW", "SETUP", "SNAPSHOT", "TEXT", "pack_setup", "pack_snapshot", "pack_text", "read_frame", "unpack_setup", "unpack_text"]
+__all__ = [
+    "ROW", "SETUP", "SNAPSHOT", "TEXT", "pack_setup", "pack_snapshot", "pack_text", "read_frame", "unpack_setup",
+    "unpack_text",
+]  # fmt: skip
 
 SETUP, SNAPSHOT, TEXT = 0, 1, 2
 

@@ -65,6 +65,7 @@ class Airframe:
     tilting: np.ndarray  # (surfaces,) bool: strips of the wing, whose stall margin counts
     fuselage_point: np.ndarray  # (3,) where fuselage drag acts, body axes [m]
     contacts: np.ndarray  # (contacts, 3) body axes [m]
+    size: float  # the larger of span and length [m]
     newtons_per_metre: float  # scale of force arrows
 
 
@@ -86,7 +87,8 @@ def airframe(aircraft: "Aircraft") -> Airframe:
         if flap is not None:
             flaps.append(flap)
     propellers = [
-        _propeller(rotor, _path(rotor, name) + "_rotor") for name, rotor in zip(aircraft.rotor_names, rotors, strict=True)
+        _propeller(rotor, _path(rotor, name) + "_rotor")
+        for name, rotor in zip(aircraft.rotor_names, rotors, strict=True)
     ]
     wing += [_nacelle(rotor, aircraft) for rotor in rotors if rotor["tilts"]]
     wing.append(_spar(surfaces))
@@ -102,7 +104,8 @@ def airframe(aircraft: "Aircraft") -> Airframe:
         tilting=surfaces["tilts"] == 1,
         fuselage_point=np.array(vehicle["fuselage_position"]),
         contacts=np.array(contacts),
-        newtons_per_metre=_arrow_scale(float(vehicle["mass"]) * 9.80665, 2.0 * outermost),
+        size=max(aircraft.wing.span, aircraft.fuselage.length),
+        newtons_per_metre=_arrow_scale(float(vehicle["mass"]) * 9.80665, aircraft.wing.span),
     )
 
 
@@ -132,9 +135,7 @@ def _arrow_scale(weight: float, span: float) -> float:
     return decade * min((1.0, 2.0, 5.0, 10.0), key=lambda step: abs(math.log(wanted / (decade * step))))
 
 
-def _surface(
-    surface: np.void, path: str, color: tuple[int, int, int], thickness: float
-) -> tuple[Mesh, Flap | None]:
+def _surface(surface: np.void, path: str, color: tuple[int, int, int], thickness: float) -> tuple[Mesh, Flap | None]:
     """Fixed part of a lifting surface in its mounting axes, and its flap if a servo moves one."""
     normal = np.array(surface["normal"])
     chord_axis = np.array(surface["chord_axis"])

@@ -13,8 +13,8 @@ import threading
 import time
 from typing import Any, BinaryIO
 
-# Before Rerun is imported: no usage reports from here nor from a viewer window started here. Rerun has a switch in a file
-# of the user's home, which is not ours to write, and this variable.
+# Before Rerun is imported: no usage reports from here nor from a viewer window started here. Rerun has a switch in a
+# file of the user's home, which is not ours to write, and this variable.
 os.environ["CI"] = "1"
 os.environ.setdefault("RUST_LOG", "error")
 
@@ -101,7 +101,7 @@ def _show(scene: Scene, frames: "queue.Queue[tuple[int, bytes] | None]", block_s
 def _open(setup: dict[str, Any]) -> rr.RecordingStream:
     """Recording that goes where the user asked, with its layout."""
     recording = rr.RecordingStream("tiltwing-sitl")
-    layout = blueprint(show_map=setup["map"])
+    layout = blueprint(setup["airframe"].size, show_map=setup["map"])
     kind = setup["kind"]
     if kind == "save":
         recording.save(setup["file"], default_blueprint=layout)

@@ -17,7 +17,7 @@ from vehicle_model.state import ROTOR_SPEED
 if TYPE_CHECKING:
     from sitl.viewer.mesh import Mesh
 
-__all__ = ["METRES_PER_SPEED", "SHOWN_ROTATION", "Scene"]
+__all__ = ["FOLLOWED", "METRES_PER_SPEED", "SHOWN_ROTATION", "Scene"]
 
 METRES_PER_SPEED = 0.1  # length of velocity and wind arrows [m per m/s]
 SHOWN_ROTATION = 1.0 / 97.0  # propellers are shown this much slower, else 50 Hz would make them stand or turn back
@@ -25,6 +25,7 @@ TELEPORT = 100.0  # m: a longer way between two snapshots is a new start, not fl
 MAP_INTERVAL = 0.2  # s between points on the map
 
 AIRCRAFT = "world/aircraft"
+FOLLOWED = "world/aircraft/followed"
 THRUST = (255, 149, 20)
 AIR_LOAD = (82, 148, 226)
 STALLED = (230, 60, 60)
@@ -32,6 +33,7 @@ CONTACT = (196, 120, 220)
 VELOCITY = (76, 200, 120)
 WIND = (130, 215, 230)
 TRAIL = (240, 200, 90)
+PLUMB = (150, 158, 168)
 LEVELS = ("CRITICAL", "CRITICAL", "CRITICAL", "ERROR", "WARN", "INFO", "INFO", "DEBUG")  # of MAV_SEVERITY 0..7
 
 
@@ -46,7 +48,13 @@ def _mesh(mesh: "Mesh") -> rr.Mesh3D:
         triangle_indices=mesh.triangles.astype(np.uint32),
         vertex_normals=mesh.normals.astype(np.float32),
         vertex_colors=mesh.colors,
+        # Transparency counts only here, for the mesh as a whole.
+        albedo_factor=(255, 255, 255, int(mesh.colors[0, 3])),
     )
+
+
+def _placed(origin: np.ndarray, axes: np.ndarray) -> rr.Transform3D:
+    return rr.Transform3D(translation=origin, quaternion=rr.Quaternion(xyzw=quaternion_xyzw(axes)))
 
 
 def _about(axis: int, angles: np.ndarray) -> np.ndarray:
@@ -72,15 +80,16 @@ class Scene:
         frame = self._airframe
         self._static("world", rr.ViewCoordinates.FRD)
         self._static("world/home", rr.Points3D([[0.0, 0.0, 0.0]], radii=0.15, colors=[VELOCITY], labels=["home"]))
+        # The camera follows the middle of an entity and takes its distance from that entity's size.
+        corners = [[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
+        self._static(FOLLOWED, rr.Points3D(np.array(corners) * 0.5 * frame.size, radii=1e-4, colors=[(0, 0, 0, 0)]))
         self._static(f"{AIRCRAFT}/body", _mesh(frame.body))
         self._static(f"{AIRCRAFT}/wing/structure", _mesh(frame.wing))
         for flap in frame.flaps:
-            at = rr.Transform3D(translation=flap.origin, quaternion=quaternion_xyzw(flap.axes))
-            self._static(f"{AIRCRAFT}/{flap.path}", at)
+            self._static(f"{AIRCRAFT}/{flap.path}", _placed(flap.origin, flap.axes))
             self._static(f"{AIRCRAFT}/{flap.path}/surface", _mesh(flap.mesh))
         for propeller in frame.propellers:
-            at = rr.Transform3D(translation=propeller.hub, quaternion=quaternion_xyzw(propeller.axes))
-            self._static(f"{AIRCRAFT}/{propeller.path}", at)
+            self._static(f"{AIRCRAFT}/{propeller.path}", _placed(propeller.hub, propeller.axes))
             self._static(f"{AIRCRAFT}/{propeller.path}/disk", _mesh(propeller.swept))
             self._static(f"{AIRCRAFT}/{propeller.path}/blades", _mesh(propeller.blades))
         arrows = rr.Arrows3D.from_fields
@@ -89,9 +98,11 @@ class Scene:
         self._static(f"{AIRCRAFT}/forces/ground", arrows(colors=[_packed(CONTACT)], radii=[0.010]))
         self._static("world/velocity", arrows(colors=[_packed(VELOCITY)], radii=[0.014]))
         self._static("world/wind", arrows(colors=[_packed(WIND)], radii=[0.012]))
-        self._static("world/trail", rr.LineStrips3D.from_fields(colors=[_packed(TRAIL)], radii=[0.02]))
+        self._static("world/trail", rr.LineStrips3D.from_fields(colors=[_packed(TRAIL)], radii=[-1.5]))
         for plot in PLOTS:
-            self._static(plot.path, rr.SeriesLines(names=plot.names, colors=[*plot.colors], widths=[1.5] * len(plot.names)))
+            widths = [1.5] * len(plot.names)
+            self._static(plot.path, rr.SeriesLines(names=plot.names, colors=[*plot.colors], widths=widths))
+        self._static("world/plumb", rr.LineStrips3D.from_fields(colors=[_packed(PLUMB)], radii=[-0.7]))
         self._static("map/track", rr.GeoPoints.from_fields(colors=[_packed(TRAIL)], radii=[-2.0]))
         self._static("key", rr.TextDocument(self._key(), media_type=rr.MediaType.MARKDOWN))
 
@@ -109,6 +120,7 @@ class Scene:
         self._motion(rows)
         self._forces(rows)
         self._speeds(rows)
+        self._plumb(rows)
         self._trail(rows)
         self._map(rows)
         for plot in PLOTS:
@@ -139,7 +151,8 @@ class Scene:
             turned = rows["state"][:, ROTOR_SPEED + index] * elapsed * (propeller.spin * SHOWN_ROTATION)
             angles = self._phase[index] + np.cumsum(turned)
             self._phase[index] = angles[-1] % (2.0 * math.pi)
-            self._send(f"{AIRCRAFT}/{propeller.path}/blades", rows, rr.Transform3D.columns(quaternion=_about(2, angles)))
+            turn = rr.Transform3D.columns(quaternion=_about(2, angles))
+            self._send(f"{AIRCRAFT}/{propeller.path}/blades", rows, turn)
 
     def _forces(self, rows: np.ndarray) -> None:
         """Where each part's force acts and how large it is, in body axes."""
@@ -170,6 +183,12 @@ class Scene:
         above = here - [0.0, 0.0, 1.0]  # clear of the aircraft, its tip over the centre of mass
         self._arrows("world/wind", rows, above - wind, wind)
 
+    def _plumb(self, rows: np.ndarray) -> None:
+        """Line straight down to the ground, which shows the height."""
+        lines = np.repeat(rows["position_ned"][:, None], 2, axis=1)
+        lines[:, 1, 2] += rows["outputs"]["height_above_ground"]
+        self._send("world/plumb", rows, rr.LineStrips3D.columns(strips=lines))
+
     def _trail(self, rows: np.ndarray) -> None:
         """One piece of line per block, from the end of the last one; the view shows those of the last minute."""
         path = rows["position_ned"]
@@ -197,8 +216,8 @@ class Scene:
     ) -> None:
         """Arrows of shape (rows, arrows, 3)."""
         each = np.full(len(rows), vectors.shape[1])
-        optional = {} if colors is None else {"colors": colors.reshape(-1)}
-        columns = rr.Arrows3D.columns(vectors=vectors.reshape(-1, 3), origins=origins.reshape(-1, 3), **optional)
+        flat = None if colors is None else colors.reshape(-1)
+        columns = rr.Arrows3D.columns(vectors=vectors.reshape(-1, 3), origins=origins.reshape(-1, 3), colors=flat)
         self._send(path, rows, columns.partition(each))
 
     def _send(self, path: str, rows: np.ndarray, columns: Any) -> None:

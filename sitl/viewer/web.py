@@ -19,9 +19,10 @@ from urllib.request import ProxyHandler, build_opener
 
 from rerun_cli import __file__ as rerun_cli_file
 
-__all__ = ["rerun_binary", "serve_web_viewer"]
+__all__ = ["rerun_binary", "serve_web_viewer", "unused_port"]
 
 FILES = ("/", "/favicon.ico", "/apple-touch-icon.png", "/sw.js", "/re_viewer.js", "/re_viewer_bg.wasm")
+OWN_PAGE = "default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob:"  # as Rerun's page is written
 TILE_SERVERS = "https://*.openstreetmap.org https://api.mapbox.com"
 START_DEADLINE = 20.0  # s of wall time for Rerun's own server to come up
 
@@ -41,7 +42,7 @@ def serve_web_viewer(port: int, grpc_port: int, *, show_map: bool) -> None:
 
     Raises OSError when the port is taken or Rerun's own server does not come up.
     """
-    policy = f"connect-src 'self' http://127.0.0.1:{grpc_port} http://localhost:{grpc_port}"
+    policy = f"{OWN_PAGE}; connect-src 'self' http://127.0.0.1:{grpc_port} http://localhost:{grpc_port}"
     if show_map:
         policy += f" {TILE_SERVERS}"
     files = _rerun_files()
@@ -72,7 +73,7 @@ def serve_web_viewer(port: int, grpc_port: int, *, show_map: bool) -> None:
 
 def _rerun_files() -> dict[str, tuple[str, bytes]]:
     """Path -> (content type, content) of what makes up the web viewer, from a short-lived server of Rerun's."""
-    web_port, grpc_port = _unused_port(), _unused_port()
+    web_port, grpc_port = unused_port(), unused_port()
     command = [rerun_binary(), "--serve-web", "--bind", "127.0.0.1"]
     command += ["--port", str(grpc_port), "--web-viewer-port", str(web_port)]
     server = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
@@ -98,7 +99,8 @@ def _rerun_files() -> dict[str, tuple[str, bytes]]:
         server.wait()
 
 
-def _unused_port() -> int:
+def unused_port() -> int:
+    """A port that nothing on loopback listened on just now."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return probe.getsockname()[1]

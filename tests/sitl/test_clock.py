@@ -61,9 +61,10 @@ def test_whatever_the_delays_every_tick_is_asked_for_once_and_none_before_its_ti
         wall.now += delay
         due = clock.due(tick, wall.now, UNLIMITED)
         assert due >= tick
-        assert due == math.floor((wall.now - begin) * 400 * speed + 1e-5) or abs(
-            (wall.now - begin) * 400 * speed - due
-        ) < 1e-5
+        assert (
+            due == math.floor((wall.now - begin) * 400 * speed + 1e-5)
+            or abs((wall.now - begin) * 400 * speed - due) < 1e-5
+        )
         tick = due
     assert clock.dropped_ticks == 0
 

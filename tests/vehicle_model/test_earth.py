@@ -1,6 +1,7 @@
 """The three Earths against textbook geodesy, the gravity formula of WGS-84 and the gradient of the potential."""
 
 import math
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -27,7 +28,8 @@ CURVED: list[Earth] = ["round", "wgs84"]
 
 A, F = 6378137.0, 1.0 / 298.257223563
 E2 = F * (2.0 - F)
-HOME = {"latitude": math.radians(47.397742), "longitude": math.radians(8.545594), "height_ellipsoid": 535.3}
+LATITUDE, LONGITUDE, HEIGHT = math.radians(47.397742), math.radians(8.545594), 535.3
+home = partial(make_environment, latitude=LATITUDE, longitude=LONGITUDE, height_ellipsoid=HEIGHT)
 
 
 def textbook_ecef(earth: Earth, latitude: float, longitude: float, height: float) -> np.ndarray:
@@ -101,8 +103,8 @@ def test_longitude_crosses_the_date_line() -> None:
 
 
 def test_flat_map_is_the_ellipsoids_to_first_order() -> None:
-    flat = make_environment("flat", **HOME)
-    ellipsoid = make_environment("wgs84", **HOME)
+    flat = home("flat")
+    ellipsoid = home("wgs84")
     for north, east, down in [(10.0, 0.0, 0.0), (0.0, 10.0, 0.0), (0.0, 0.0, -10.0), (-7.0, 4.0, 2.0)]:
         at_flat, at_ellipsoid = geodetic(north, east, down, flat[0]), geodetic(north, east, down, ellipsoid[0])
         # Ten metres away the curvature is 10^2/2R = 8e-6 m, and angles differ by as much over R.
@@ -121,10 +123,13 @@ def test_local_axes_point_where_latitude_longitude_and_height_grow(
         return
     here = np.array(geodetic(north, east, down, env[0]))
     for axis, step in enumerate([(1e-6, 0.0, 0.0), (0.0, 1e-6, 0.0), (0.0, 0.0, -1.0)]):
-        ahead = np.array(ned_from_geodetic(*(here + step), env[0]))
-        behind = np.array(ned_from_geodetic(*(here - step), env[0]))
-        direction = (ahead - behind) / np.linalg.norm(ahead - behind)
-        np.testing.assert_allclose(body_to_ned(*to_local, *direction), np.eye(3)[axis], atol=2e-8)
+        ahead, behind = here + step, here - step
+        x, y, z = np.subtract(
+            ned_from_geodetic(ahead[0], ahead[1], ahead[2], env[0]),
+            ned_from_geodetic(behind[0], behind[1], behind[2], env[0]),
+        )
+        length = math.sqrt(x * x + y * y + z * z)
+        np.testing.assert_allclose(np.divide(body_to_ned(*to_local, x, y, z), length), np.eye(3)[axis], atol=2e-8)
 
 
 def normal_gravity_j4(latitude: float) -> float:
@@ -197,21 +202,21 @@ def test_gravitation_is_the_gradient_of_the_potential(
 def test_flat_earth_pulls_the_same_everywhere_and_measures_height_along_down(
     north: float, east: float, down: float
 ) -> None:
-    env = make_environment("flat", **HOME, gravity=9.81)
+    env = home("flat", gravity=9.81)
     assert gravity_ned(north, east, down, env[0]) == (0.0, 0.0, 9.81)
-    assert height_above_ellipsoid(north, east, down, env[0]) == 535.3 - down
+    assert height_above_ellipsoid(north, east, down, env[0]) == HEIGHT - down
 
 
 def test_environment_says_what_was_asked_for() -> None:
-    env = make_environment("wgs84", **HOME, wind_ned=(1.0, -2.0, 0.5), ground_height=488.0)[0]
+    env = home("wgs84", wind_ned=(1.0, -2.0, 0.5), ground_height=488.0)[0]
     assert tuple(env["wind_ned"]) == (1.0, -2.0, 0.5)
     assert env["ground_height"] == 488.0
     assert np.linalg.norm(env["rotation_ned"]) == pytest.approx(7.292115e-5, rel=1e-14)
     assert env["rotation_ned"][0] > 0.0 > env["rotation_ned"][2]  # the axis points to the north pole
-    still = make_environment("round", **HOME, rotating=False)[0]
+    still = home("round", rotating=False)[0]
     assert not np.any(still["rotation_ned"])
-    assert still["ground_height"] == HOME["height_ellipsoid"]
-    assert not np.any(make_environment("flat", **HOME)[0]["rotation_ned"])
+    assert still["ground_height"] == HEIGHT
+    assert not np.any(home("flat")[0]["rotation_ned"])
 
 
 @pytest.mark.parametrize(
@@ -228,6 +233,6 @@ def test_environment_says_what_was_asked_for() -> None:
     ],
 )
 def test_impossible_environment_is_refused_by_name(change: dict[str, object], message: str) -> None:
-    arguments = {"earth": "wgs84", **HOME, **change}
+    arguments = {"earth": "wgs84", **change}
     with pytest.raises(ValueError, match=message):
-        make_environment(**arguments)  # pyright: ignore[reportArgumentType]  (what a wrong caller would pass)
+        home(**arguments)  # pyright: ignore[reportArgumentType]  (what a wrong caller would pass)

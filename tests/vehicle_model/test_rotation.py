@@ -54,7 +54,8 @@ def test_straight_up_or_down_all_turning_about_the_vertical_is_yaw(pitch: float,
 
 @given(st.floats(-3.1, 3.1), st.floats(-1.5, 1.5), st.floats(-3.1, 3.1))
 def test_euler_angles_come_back(roll: float, pitch: float, yaw: float) -> None:
-    assert euler_from_quaternion(*quaternion_from_euler(roll, pitch, yaw)) == pytest.approx((roll, pitch, yaw), abs=1e-12)
+    angles = euler_from_quaternion(*quaternion_from_euler(roll, pitch, yaw))
+    assert angles == pytest.approx((roll, pitch, yaw), abs=1e-12)
 
 
 @given(angle, pitch_angle, angle, angle, pitch_angle, angle)

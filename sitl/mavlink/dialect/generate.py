@@ -33,7 +33,7 @@ def generate(output: Path) -> Path:
     Raises RuntimeError if the shipped definitions are not those the patches are for or, with mavgen's own words, if the
     dialect does not compile.
     """
-    from pymavlink.generator import mavgen  # noqa: PLC0415  (needed by the build only)
+    from pymavlink.generator import mavgen
 
     with as_file(files("pymavlink") / "dialects" / "v20") as shipped, tempfile.TemporaryDirectory() as folder:
         work = Path(folder)

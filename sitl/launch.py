@@ -1,0 +1,165 @@
+"""From checked options to a vehicle in flight: builds the objects, connects them, runs them, takes them down."""
+
+import math
+import os
+import signal
+import sys
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from sitl.clock import Clock
+from sitl.mavlink import LinkError, LinkSpec, MavlinkFace, parse_link
+from sitl.runtime import Runtime
+from sitl.simulation import FlightDivergedError, Simulation
+from sitl.start import Start, StartError, start_at
+from sitl.status import Status
+from sitl.viewer import Viewer, ViewerOptionError, open_viewer
+from vehicle_model.aircraft import Aircraft, AircraftFileError, load_aircraft
+from vehicle_model.compiled import is_warm
+from vehicle_model.earth import make_environment
+
+if TYPE_CHECKING:
+    from types import FrameType
+
+    from sitl.cli import Options
+
+__all__ = ["LaunchError", "fly"]
+
+GROUND_STATION_LINK = "udpout:127.0.0.1:14550"  # where ground stations listen
+SDK_LINK = "udpout:127.0.0.1:14540"  # where SDKs listen, with PX4's faster set of streams
+REALTIME_PRIORITY = 50  # of SCHED_FIFO's 1 to 99
+
+
+class LaunchError(Exception):
+    """The flight cannot begin, or could not go on; the text is one line for the user."""
+
+    def __init__(self, text: str, exit_code: int) -> None:
+        super().__init__(text)
+        self.exit_code = exit_code
+
+
+def fly(options: "Options") -> int:
+    """Fly as the options say and return the exit code: 0, or 128 + the signal that ended the flight.
+
+    Raises LaunchError.
+    """
+    status = Status()
+    if not is_warm():
+        from vehicle_model.warm import warm_up  # brings all of the analysis with it, which a warm start need not load
+
+        warm_up(status.say)
+    try:
+        simulation, start = _vehicle(options)
+        links = options.links or (GROUND_STATION_LINK, SDK_LINK)
+        specs = [_shifted(parse_link(text), options.instance) for text in links]
+        with open_viewer(options.rerun, simulation.aircraft) as viewer:
+
+            def tell(severity: int, text: str) -> None:
+                viewer.text(severity, text)
+                status.say(text)
+
+            with MavlinkFace(
+                specs,
+                simulation.aircraft.channels,
+                vehicle=simulation.aircraft.vehicle,
+                system_id=options.system_id,
+                servos_sysid=options.servos,
+                servo_timeout=options.servo_timeout,
+                speed=options.speed,
+                lockstep=options.lockstep,
+                on_text=tell,
+            ) as face:
+                runtime = Runtime(
+                    simulation,
+                    face,
+                    Clock(options.speed, options.rate),
+                    viewer,
+                    status,
+                    duration=options.duration,
+                    wait_servos=options.wait_servos,
+                    lockstep=options.lockstep,
+                )
+                _introduce(status, options, start, specs, viewer)
+                if options.realtime_priority:
+                    _ask_for_realtime_priority(status)
+                received = _stop_on_signals(runtime)
+                runtime.run()
+                return 128 + received[0] if received else 0
+    except (AircraftFileError, StartError, LinkError, ViewerOptionError) as error:
+        raise LaunchError(str(error), 2) from None
+    except FlightDivergedError as error:
+        raise LaunchError(str(error), 1) from None
+    finally:
+        status.close()
+
+
+def _vehicle(options: "Options") -> tuple[Simulation, Start]:
+    """The simulation at its start, everything it calls compiled or loaded."""
+    aircraft: Aircraft = load_aircraft(options.aircraft)
+    environment = make_environment(
+        options.earth,
+        latitude=math.radians(options.home.latitude),
+        longitude=math.radians(options.home.longitude),
+        height_ellipsoid=options.home.altitude,
+        wind_ned=options.wind,
+    )
+    start = start_at(options.at, aircraft, environment, math.radians(options.home.heading))
+    simulation = Simulation(aircraft, environment, start.state, start.controls, seed=options.seed, rate=options.rate)
+    simulation.advance(0)
+    simulation.snapshot()
+    return simulation, start
+
+
+def _shifted(spec: LinkSpec, instance: int) -> LinkSpec:
+    """The link of the n-th vehicle on this machine: its port moved by n."""
+    if instance == 0:
+        return spec
+    port = spec.port + instance
+    if port >= 1 << 16:
+        msg = f"link {spec.text!r}: expected a port below 65536 with instance {instance}, got {port}"
+        raise LinkError(msg)
+    return replace(spec, port=port, text=f"{spec.kind}:{spec.host}:{port}")
+
+
+def _introduce(status: Status, options: "Options", start: Start, specs: list[LinkSpec], viewer: Viewer) -> None:
+    """Tell where the vehicle is, where to connect and where to watch."""
+    home = options.home
+    status.say(
+        f"Tilt-wing, system {options.system_id}: {start.description}; "
+        f"home {home.latitude:g}, {home.longitude:g}, {home.altitude:g} m, heading {home.heading:g} deg"
+    )
+    for spec in specs:
+        listener = "listens there" if spec.kind.endswith("in") else "sends there"
+        status.say(f"  connect  {spec.text}  ({listener}; {spec.streams} streams)")
+    if viewer.address:
+        status.say(f"  watch    {viewer.address}")
+    if options.lockstep:
+        status.say(f"  lockstep: each HIL_ACTUATOR_CONTROLS advances time by {1e3 / options.rate:g} ms")
+    elif options.wait_servos:
+        status.say("  time stands still until the first servo output")
+    status.say("  Ctrl-C ends")
+
+
+def _ask_for_realtime_priority(status: Status) -> None:
+    """Let the flight loop preempt everything of normal priority, where the system has and permits that."""
+    if sys.platform != "linux":
+        status.say("Real-time priority: not available on this system, flying without")
+        return
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(REALTIME_PRIORITY))
+    except OSError as error:
+        status.say(f"Real-time priority: refused ({error.strerror}), flying without")
+
+
+def _stop_on_signals(runtime: Runtime) -> list[int]:
+    """End the flight at the first Ctrl-C or SIGTERM and note it in the list returned; a second one is not caught."""
+    received: list[int] = []
+
+    def stop(number: int, _frame: "FrameType | None") -> None:
+        received.append(number)
+        signal.signal(number, signal.SIG_DFL)
+        runtime.stop()
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, stop)
+    return received

@@ -1,0 +1,89 @@
+"""Who we are and what we speak: AUTOPILOT_VERSION and PROTOCOL_VERSION.
+
+https://mavlink.io/en/guide/mavlink_version.html. Both are sent on request only.
+"""
+
+import hashlib
+import platform
+import re
+from collections.abc import Callable
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from sitl.mavlink.command import Command, CommandService
+from sitl.mavlink.dialect import tiltwing as mav
+
+__all__ = ["autopilot_version", "protocol_version", "register_old_requests"]
+
+CAPABILITIES = mav.MAV_PROTOCOL_CAPABILITY_MAVLINK2 | mav.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
+MAVLINK_2 = 200
+MAVLINK_1 = 100  # is understood, not spoken
+
+
+def autopilot_version(system: int) -> dict[str, object]:
+    """Fields of AUTOPILOT_VERSION for a system id.
+
+    flight: our version and the hash of the model's sources; middleware: Python; os: the kernel. The unique id stays the
+    same for a system id.
+    """
+    identity = hashlib.sha256(f"tiltwing-sitl {system}".encode()).digest()
+    return {
+        "capabilities": CAPABILITIES,
+        "flight_sw_version": _packed(_own_version()),
+        "middleware_sw_version": _packed(platform.python_version()),
+        "os_sw_version": _packed(platform.release()),
+        "board_version": 0,
+        "flight_custom_version": tuple(_model_hash()),
+        "middleware_custom_version": (0,) * 8,
+        "os_custom_version": (0,) * 8,
+        "vendor_id": 0,
+        "product_id": 0,
+        "uid": int.from_bytes(identity[:8], "little"),
+        "uid2": tuple(identity[:18]),
+    }
+
+
+def protocol_version() -> dict[str, object]:
+    """Fields of PROTOCOL_VERSION; the hashes are not known and zero."""
+    return {
+        "version": MAVLINK_2,
+        "min_version": MAVLINK_1,
+        "max_version": MAVLINK_2,
+        "spec_version_hash": (0,) * 8,
+        "library_version_hash": (0,) * 8,
+    }
+
+
+def register_old_requests(commands: CommandService, request: Callable[[Command, int], int]) -> None:
+    """Serve the older commands that ask for these two messages; `request` sends one, by its id."""
+    for command, message_id in (
+        (mav.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES, mav.MAVLINK_MSG_ID_AUTOPILOT_VERSION),
+        (mav.MAV_CMD_REQUEST_PROTOCOL_VERSION, mav.MAVLINK_MSG_ID_PROTOCOL_VERSION),
+    ):
+        commands.register(command, lambda asked, wanted=message_id: request(asked, wanted))
+
+
+def _own_version() -> str:
+    try:
+        return version("tiltwing-sitl")
+    except PackageNotFoundError:  # run from sources that were never installed
+        return "0.0.0"
+
+
+def _packed(text: str) -> int:
+    """A dotted version as MAVLink packs it: one byte each for major, minor, patch, and 0 for a development version."""
+    numbers = [min(int(number), 255) for number in re.findall(r"\d+", text)[:3]]
+    major, minor, patch = (*numbers, 0, 0, 0)[:3]
+    return major << 24 | minor << 16 | patch << 8
+
+
+@cache
+def _model_hash() -> bytes:
+    """First 8 bytes of a hash over the sources of the flight model."""
+    import vehicle_model
+
+    digest = hashlib.sha256()
+    for source in sorted(Path(vehicle_model.__file__).parent.glob("*.py")):
+        digest.update(source.read_bytes())
+    return digest.digest()[:8]
