@@ -13,7 +13,7 @@ from typing import Self
 
 import psutil
 
-__all__ = ["HEARTBEAT", "HIL_STATE_QUATERNION", "Vehicle", "frames", "sim_time"]
+__all__ = ["HEARTBEAT", "HIL_STATE_QUATERNION", "Vehicle", "altitude_msl", "frames", "sim_time"]
 
 HEARTBEAT = 0
 HIL_STATE_QUATERNION = 115
@@ -35,6 +35,11 @@ def frames(datagram: bytes) -> Iterator[tuple[int, bytes]]:
 def sim_time(payload: bytes) -> float:
     """Simulated time [s] of a HIL_STATE_QUATERNION, whose first field is time_usec."""
     return int.from_bytes(payload[:8], "little") * 1e-6
+
+
+def altitude_msl(payload: bytes) -> float:
+    """Altitude [m] of a HIL_STATE_QUATERNION."""
+    return int.from_bytes(payload[44:48], "little", signed=True) * 1e-3
 
 
 class Vehicle:

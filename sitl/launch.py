@@ -43,15 +43,15 @@ def fly(options: "Options") -> int:
 
     Raises LaunchError.
     """
-    status = Status()
-    if not is_warm():
-        from vehicle_model.warm import warm_up  # brings all of the analysis with it, which a warm start need not load
-
-        warm_up(status.say)
+    status = Status(sys.stdout)
     try:
-        simulation, start = _vehicle(options)
         links = options.links or (GROUND_STATION_LINK, SDK_LINK)
         specs = [_shifted(parse_link(text), options.instance) for text in links]
+        if not is_warm():
+            from vehicle_model.warm import warm_up  # brings all of the analysis along, which a warm start need not load
+
+            warm_up(status.say)
+        simulation, start = _vehicle(options)
         with open_viewer(options.rerun, simulation.aircraft) as viewer:
 
             def tell(severity: int, text: str) -> None:

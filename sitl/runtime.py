@@ -65,10 +65,11 @@ class Runtime:
         self._wait_servos = wait_servos
         self._lockstep = lockstep
         self._going = True
+        self._servos_taken = 0
         face.servo_input.follow(simulation.controls)  # channels that nobody sends stay where the start has them
         self._seen = simulation.snapshot()
         self._seen_tick = simulation.tick
-        self._next_view = self._next_keepalive = self._next_report = -math.inf  # [s], wall time
+        self._next_view = self._next_keepalive = self._next_report = 0.0  # [s], wall time
 
     def stop(self) -> None:
         """End the flight after the present turn; may be called from a signal handler."""
@@ -81,6 +82,7 @@ class Runtime:
         gc.freeze()
         begin = self._clock.now()
         begin_time = self._simulation.time
+        self._next_view = self._next_keepalive = begin
         self._next_report = begin + self._status.period
         try:
             if self._wait_servos and not self._lockstep:
@@ -145,9 +147,8 @@ class Runtime:
 
     def _apply_servos(self) -> None:
         servos = self._face.servo_input
-        if servos.source is None:
-            servos.follow(self._simulation.controls)
-        else:
+        if servos.taken != self._servos_taken:
+            self._servos_taken = servos.taken
             self._simulation.set_controls(servos.controls)
 
     def _look(self) -> "Snapshot":
@@ -159,8 +160,10 @@ class Runtime:
 
     def _attend(self, now: float) -> None:
         """What is due by wall time: pictures, the links' own matters, a line for the terminal."""
-        if now >= self._next_view:
-            self._next_view = now + VIEWER_PERIOD
+        # A picture may be late by half its period, to show a moment that is looked at anyway.
+        late = now - self._next_view
+        if late >= 0.0 and (self._seen_tick == self._simulation.tick or late >= 0.5 * VIEWER_PERIOD):
+            self._next_view += max(late, VIEWER_PERIOD)
             self._viewer.offer(self._look())
         if now >= self._next_keepalive:
             self._next_keepalive = now + KEEPALIVE_PERIOD

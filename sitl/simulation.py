@@ -74,7 +74,7 @@ class Simulation:
         self._step = 1.0 / rate
         self._vehicle = aircraft.vehicle
         self._state = np.empty(STATE_COUNT)
-        self._last_finite = np.empty(STATE_COUNT)
+        self._before = np.empty(STATE_COUNT)
         self._controls = np.empty(CONTROL_COUNT)
         self._rate_of_change = np.empty(STATE_COUNT)
         self.reset(state)
@@ -118,13 +118,11 @@ class Simulation:
 
         Raises FlightDivergedError when the state stops being finite; it is then left as before the call.
         """
-        state = self._state
-        self._last_finite[:] = state
-        advance(state, self._controls, self._vehicle, self.environment, self._step, steps)
-        broken = _not_finite(state, STATE_NAMES)
-        if broken:
-            state[:] = self._last_finite
-            msg = f"flight diverged after t = {self.time:.4f} s: {', '.join(broken)} not finite"
+        state, before = self._state, self._before
+        if not _fly(state, before, self._controls, self._vehicle, self.environment, self._step, steps):
+            broken = ", ".join(_not_finite(state, STATE_NAMES))
+            state[:] = before
+            msg = f"flight diverged after t = {self.time:.4f} s: {broken} not finite"
             raise FlightDivergedError(msg)
         self.tick += steps
 
@@ -180,14 +178,22 @@ def _finite(values: "ArrayLike", names: tuple[str, ...], what: str) -> np.ndarra
 
 
 def _not_finite(array: np.ndarray, names: tuple[str, ...]) -> list[str]:
-    """Names of the values that are nan, inf, or too large to be anything physical."""
-    # One product instead of many questions: nan, inf and overflow survive it.
-    if math.isfinite(array @ array):
-        return []
-    return [name for name, value in zip(names, array, strict=True) if not abs(value) < HUGE]
+    """Names of the values that are nan or inf."""
+    return [name for name, value in zip(names, array, strict=True) if not math.isfinite(value)]
 
 
-HUGE = 1e100
+@compiled
+def _fly(state, before, controls, vehicle, environment, dt: float, steps: int) -> bool:
+    """Advance the state (20,) and keep the one before; False if a value is no longer finite."""
+    for k in range(STATE_COUNT):
+        before[k] = state[k]
+    advance(state, controls, vehicle, environment, dt, steps)
+    finite = True
+    for k in range(STATE_COUNT):
+        finite = finite and math.isfinite(state[k])
+    return finite
+
+
 VIEW_COUNT = 31
 
 

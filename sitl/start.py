@@ -44,6 +44,7 @@ __all__ = ["Start", "StartError", "StartFile", "read_start_file", "standing", "s
 TRIM_HEIGHT = 100.0  # above home [m]: room for a phugoid
 TILT_COMMAND = 3  # of the controls; the aileron and elevator commands follow
 RPM = 2.0 * math.pi / 60.0
+DOWN = np.array([0.0, 0.0, 1.0])
 SETTLING_STEP = 1.0 / 400.0  # [s]
 SETTLING_TIME = 5.0  # [s]
 CREEP = 0.05  # [m/s]; the gear's friction is viscous near rest (`vehicle_model.ground`), so in wind it creeps
@@ -127,7 +128,7 @@ def standing(aircraft: "Aircraft", environment: np.ndarray, heading: float) -> S
     advance(state, controls, vehicle, environment, SETTLING_STEP, round(SETTLING_TIME / SETTLING_STEP))
     attitude = state[QUATERNION : QUATERNION + 4]
     north, east, down = body_to_ned(*attitude, *state[VELOCITY : VELOCITY + 3])
-    _, _, upright = body_to_ned(*attitude, 0.0, 0.0, 1.0)
+    _, _, upright = body_to_ned(*attitude, *DOWN)
     if not (math.hypot(north, east) < CREEP and abs(down) < 0.1 * CREEP and upright > math.cos(math.radians(20.0))):
         msg = "ground: the aircraft does not come to rest on its landing gear (is the wind too strong to stand in?)"
         raise StartError(msg)

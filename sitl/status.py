@@ -4,7 +4,6 @@ A thread of its own writes, for a terminal can stand still (Ctrl-S, a full pipe)
 """
 
 import queue
-import sys
 import threading
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -33,7 +32,7 @@ class Report:
 class Status:
     """Writes to `stream` from its own thread; nothing called here ever waits for it."""
 
-    def __init__(self, stream: TextIO = sys.stdout) -> None:
+    def __init__(self, stream: TextIO) -> None:
         self._stream = stream
         self._live = stream.isatty()
         self._lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()

@@ -201,6 +201,8 @@ def _strip(wing: Wing, strip: Strip, side: int, peak: float) -> tuple[Any, ...]:
         chord=chord,
         incidence=wing.incidence,
         max_lift_angle=peak,
+        # CL = CL_alpha alpha to the letter, where elsewhere it is CL_alpha sin alpha: eq. (9) has one alpha only.
+        lift_slope=wing.lift_slope * (wing.incidence / math.sin(wing.incidence) if literal and wing.incidence else 1.0),
         induced_drag=0.0 if literal else wing.induced_drag,
         rotor=_ROTOR[side] if strip.wetted else _NONE,
         wake_factor=(1.0 if literal else wing.wake_factor) if strip.wetted else 0.0,
@@ -225,6 +227,7 @@ def _surface(
     sine, cosine = math.sin(incidence), math.cos(incidence)
     fixed: dict[str, Any] = {
         "tilts": 0,
+        "lift_slope": section.lift_slope,
         "induced_drag": section.induced_drag,
         "rotor": _NONE,
         "wake_factor": 0.0,
@@ -240,9 +243,7 @@ def _surface(
         normal=(sine, cosine * down[1], cosine * down[2]),
         area=area,
         chord=chord,
-        lift_slope=section.lift_slope,
-        stall_angle=section.stall_angle,
-        stall_width=section.stall_width,
+        **_stall(section),
         max_lift_angle=_max_lift_angle(section) if max_lift_angle is None else max_lift_angle,
         plate_lift=section.plate_lift,
         plate_drag=section.plate_drag,
@@ -251,8 +252,16 @@ def _surface(
     )
 
 
+def _stall(section: _Section) -> dict[str, float]:
+    """Where flow separates: from `stall_width` below the stall angle to as much above it, as sines."""
+    first = math.sin(section.stall_angle - section.stall_width)
+    last = math.sin(min(section.stall_angle + section.stall_width, math.pi / 2.0))
+    return {"stall_sine": first, "stall_sine_span": last - first}
+
+
 def _max_lift_angle(section: _Section) -> float:
     curve = np.zeros(1, SURFACE)
-    for name in ("lift_slope", "stall_angle", "stall_width", "plate_lift"):
-        curve[name] = getattr(section, name)
+    curve["lift_slope"], curve["plate_lift"] = section.lift_slope, section.plate_lift
+    for name, value in _stall(section).items():
+        curve[name] = value
     return max_lift_angle(curve[0])

@@ -21,7 +21,7 @@ GEAR_REACH = 10.0
 
 
 @compiled
-def gear_loads(state, craft, height_above_ground: float, turn_rates, outputs) -> Loads:
+def gear_loads(state, craft, height_above_ground: float, turn_rates, out) -> Loads:
     """Force [N] and moment [N m] of all contact points about the centre of mass, body axes."""
     q0, q1, q2, q3 = state[QUATERNION], state[QUATERNION + 1], state[QUATERNION + 2], state[QUATERNION + 3]
     p, q, r = turn_rates
@@ -39,7 +39,7 @@ def gear_loads(state, craft, height_above_ground: float, turn_rates, outputs) ->
         push = contact_force(contact, below - height_above_ground, sinking, north, east)
         body = ned_to_body(q0, q1, q2, q3, push[0], push[1], push[2])
         for k in range(3):
-            outputs[0].contact_force_body[i, k] = body[k]
+            out.contact_force_body[i, k] = body[k]
         fx += body[0]
         fy += body[1]
         fz += body[2]
@@ -66,10 +66,10 @@ def derivative(state, controls, vehicle, environment, outputs, rate) -> None:
     air = (state[VELOCITY] - wind[0], state[VELOCITY + 1] - wind[1], state[VELOCITY + 2] - wind[2])
     turn_rates = rates_relative_to_earth(state, world)
 
-    fx, fy, fz, mx, my, mz = vehicle_loads(state, controls, vehicle, air, turn_rates, density, outputs)
+    fx, fy, fz, mx, my, mz = vehicle_loads(state, controls, craft, air, turn_rates, density, out)
     above_ground = height - world.ground_height
     if above_ground < GEAR_REACH:
-        gear = gear_loads(state, craft, above_ground, turn_rates, outputs)
+        gear = gear_loads(state, craft, above_ground, turn_rates, out)
         fx += gear[0]
         fy += gear[1]
         fz += gear[2]

@@ -34,7 +34,9 @@ class ElevatorStep:
     states: np.ndarray  # (n, 20)
 
 
-def stepped_controls(aircraft: Aircraft, trim: Trim, step: float) -> np.ndarray:
+def stepped_controls(
+    aircraft: Aircraft, trim: Trim, step: float, environment: np.ndarray | None = None
+) -> np.ndarray:
     """Controls (7,) of a trim with the equivalent elevator moved by `step` [rad] and the other throttles held.
 
     The tail motor gets the throttle that holds the tail speed the equivalent elevator asks for in the trimmed flow.
@@ -45,7 +47,8 @@ def stepped_controls(aircraft: Aircraft, trim: Trim, step: float) -> np.ndarray:
     state = trim.state.copy()
     state[ROTOR_SPEED + 2] = tail_speed(craft, trim.elevator + step, state[TILT])
     outputs, rate = np.zeros(1, OUTPUTS), np.empty(STATE_COUNT)
-    balance_motors(state, controls.copy(), aircraft.vehicle, still_air(), outputs, rate)
+    world = still_air() if environment is None else environment
+    balance_motors(state, controls.copy(), aircraft.vehicle, world, outputs, rate)
     torque = outputs["shaft_torque"][0, 2]
     controls[2] = throttle_for(craft["rotors"][2], state[ROTOR_SPEED + 2], torque)
     return controls

@@ -124,8 +124,7 @@ def figures_of(aircraft: Aircraft, hold: Hold = "throttle") -> Figures:
     for airspeed in AIRSPEEDS[::-1]:
         problem = LevelProblem(aircraft, float(airspeed), world)
         x, unbalanced = problem.newton(x)
-        problem.residual(x)
-        margin = problem.outputs["stall_margin"][0, : len(surfaces)]
+        margin = problem.observe(x)["stall_margin"][: len(surfaces)]
         rows.append((*(x * LevelProblem.scale), unbalanced, margin[wetted].min(), margin[unwetted].min()))
         if airspeed == CRUISE:
             trims.append(problem.finish(x))

@@ -8,6 +8,7 @@ import numpy as np
 
 from vehicle_model.compiled import compiled
 from vehicle_model.dynamics import derivative
+from vehicle_model.loads import describe_parts
 from vehicle_model.records import OUTPUTS
 from vehicle_model.rotation import quaternion_normalise
 from vehicle_model.state import QUATERNION, STATE_COUNT
@@ -48,7 +49,7 @@ def runge_kutta(state, controls, vehicle, environment, dt: float, outputs, work)
 @compiled
 def advance(state, controls, vehicle, environment, dt: float, steps: int) -> None:
     """Fly `steps` RK4 steps of `dt` seconds in place with the controls held; state (20,), controls (7,)."""
-    outputs = np.zeros(1, OUTPUTS)
+    outputs = np.empty(1, OUTPUTS)
     work = np.empty((3, STATE_COUNT))
     for _ in range(steps):
         runge_kutta(state, controls, vehicle, environment, dt, outputs, work)
@@ -63,7 +64,7 @@ def rk4_step(state, controls, vehicle, environment, dt: float) -> None:
 @compiled
 def advance_ab2(state, controls, vehicle, environment, dt: float, steps: int) -> None:
     """Fly `steps` Adams-Bashforth 2 steps in place, started by one step of Heun's method."""
-    outputs = np.zeros(1, OUTPUTS)
+    outputs = np.empty(1, OUTPUTS)
     before = np.empty(STATE_COUNT)
     now = np.empty(STATE_COUNT)
     trial = np.empty(STATE_COUNT)
@@ -86,7 +87,7 @@ def advance_ab2(state, controls, vehicle, environment, dt: float, steps: int) ->
 @compiled
 def advance_batch(states, controls, vehicle, environment, dt: float, steps: int) -> None:
     """Fly many vehicles of one kind in place: states (n, 20), controls (n, 7), RK4, each as `advance` would."""
-    outputs = np.zeros(1, OUTPUTS)
+    outputs = np.empty(1, OUTPUTS)
     work = np.empty((3, STATE_COUNT))
     for i in range(states.shape[0]):
         for _ in range(steps):
@@ -95,12 +96,16 @@ def advance_batch(states, controls, vehicle, environment, dt: float, steps: int)
 
 @compiled
 def observe(state, controls, vehicle, environment, outputs, rate) -> None:
-    """Outputs and state derivative of one moment; clears the per-part fields that this moment does not touch."""
+    """All outputs and the state derivative of one moment.
+
+    The equations of motion fill only what they need; here the rest is cleared or worked out.
+    """
     out = outputs[0]
     for i in range(out.contact_force_body.shape[0]):
         for k in range(3):
             out.contact_force_body[i, k] = 0.0
     derivative(state, controls, vehicle, environment, outputs, rate)
+    describe_parts(state, vehicle[0], out)
 
 
 @compiled
@@ -109,7 +114,7 @@ def time_history(state, schedule, vehicle, environment, dt: float, every: int, h
 
     `history` is (ceil(n / every), 20); the state ends after the last step.
     """
-    outputs = np.zeros(1, OUTPUTS)
+    outputs = np.empty(1, OUTPUTS)
     work = np.empty((3, STATE_COUNT))
     for step in range(schedule.shape[0]):
         if step % every == 0:

@@ -8,6 +8,7 @@ import numpy as np
 
 from vehicle_model.aircraft import Aircraft
 from vehicle_model.dynamics import derivative
+from vehicle_model.elevator_step import stepped_controls
 from vehicle_model.equivalent_elevator import tail_speed
 from vehicle_model.records import OUTPUTS
 from vehicle_model.rotation import euler_from_quaternion, quaternion_from_euler
@@ -81,7 +82,8 @@ class _Perturbed:
     """State derivative of a trimmed vehicle as a function of [u v w p q r phi theta (rotors)] and the elevator."""
 
     def __init__(self, aircraft: Aircraft, trim: Trim, hold: Hold, environment: np.ndarray) -> None:
-        self.vehicle, self.environment, self.trim, self.hold = aircraft.vehicle, environment, trim, hold
+        self.aircraft, self.vehicle, self.environment = aircraft, aircraft.vehicle, environment
+        self.trim, self.hold = trim, hold
         self.outputs = np.zeros(1, OUTPUTS)
         self.rate = np.empty(STATE_COUNT)
         self.controls = trim.controls.copy()
@@ -104,7 +106,10 @@ class _Perturbed:
         state[ELEVATOR] += elevator_change
         if self.hold == "throttle":
             state[ROTOR_SPEED : ROTOR_SPEED + 3] = x[8:11]
-            derivative(state, self.controls, self.vehicle, self.environment, self.outputs, self.rate)
+            controls = self.controls
+            if elevator_change:  # the equivalent elevator also moves the tail motor's throttle
+                controls = stepped_controls(self.aircraft, self.trim, elevator_change, self.environment)
+            derivative(state, controls, self.vehicle, self.environment, self.outputs, self.rate)
         else:
             if elevator_change:
                 craft = self.vehicle[0]

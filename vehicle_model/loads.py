@@ -14,7 +14,7 @@ from vehicle_model.rotor import rotor_loads
 from vehicle_model.state import ROTOR_SPEED, TILT
 from vehicle_model.surface import strip_force
 
-__all__ = ["add_parts", "downwash_angle", "fuselage_loads", "vehicle_loads"]
+__all__ = ["add_parts", "describe_parts", "downwash_angle", "fuselage_loads", "vehicle_loads"]
 
 Loads = tuple[float, float, float, float, float, float]
 
@@ -32,7 +32,7 @@ def to_wing(vector: Vector, cosine: float, sine: float) -> Vector:
 
 
 @compiled
-def rotor_part(rotor, index: int, air: Vector, rates: Vector, throttle: float, speed: float, density: float, outputs):
+def rotor_part(rotor, index: int, air: Vector, rates: Vector, throttle: float, speed: float, density: float, out):
     """Force and moment of one rotor about its frame's origin, in that frame: thrust, motor reaction, gyroscopic moment.
 
     `air` is the velocity of the frame's origin through the air [m/s]. Writes the rotor's outputs.
@@ -56,7 +56,6 @@ def rotor_part(rotor, index: int, air: Vector, rates: Vector, throttle: float, s
     gyro = cross(rates, (momentum * axis[0], momentum * axis[1], momentum * axis[2]))
     reaction = -rotor.spin * driving
 
-    out = outputs[0]
     out.thrust[index] = thrust
     out.induced_velocity[index] = induced
     out.shaft_torque[index] = resisting
@@ -71,14 +70,13 @@ def rotor_part(rotor, index: int, air: Vector, rates: Vector, throttle: float, s
 
 
 @compiled
-def surface_part(surface, index: int, air: Vector, rates: Vector, rotor, flap: float, density: float, outputs):
-    """Force and moment of one strip about its frame's origin, in that frame, and the point where it acts.
+def surface_part(surface, index: int, air: Vector, rates: Vector, rotor, flap: float, density: float, out):
+    """Force and moment of one strip about its frame's origin, in that frame.
 
     Slipstream: V_wing = V + k v_i n, the vector sum of free stream and propeller wake; `rotor` is the strip's own.
     """
     point = (surface.position[0], surface.position[1], surface.position[2])
     swing = cross(rates, point)
-    out = outputs[0]
     keep = surface.freestream_factor
     u = keep * (air[0] + swing[0])
     v = keep * (air[1] + swing[1])
@@ -90,51 +88,38 @@ def surface_part(surface, index: int, air: Vector, rates: Vector, rotor, flap: f
         w += wake * rotor.axis[2]
     chord = surface.chord_axis
     normal = surface.normal
-    along, across, angle, behind = strip_force(
-        surface,
-        u * chord[0] + v * chord[1] + w * chord[2],
-        u * normal[0] + v * normal[1] + w * normal[2],
-        flap,
-        density,
-    )
+    flow_along = u * chord[0] + v * chord[1] + w * chord[2]
+    flow_across = u * normal[0] + v * normal[1] + w * normal[2]
+    along, across, behind = strip_force(surface, flow_along, flow_across, flap, density)
     force = (
         along * chord[0] + across * normal[0],
         along * chord[1] + across * normal[1],
         along * chord[2] + across * normal[2],
     )
     acts = (point[0] - behind * chord[0], point[1] - behind * chord[1], point[2] - behind * chord[2])
-    out.surface_angle_of_attack[index] = angle
-    out.stall_margin[index] = surface.max_lift_angle - abs(angle)
-    return force, cross(acts, force), acts
+    load = out.surface_load[index]
+    load[0] = along
+    load[1] = across
+    load[2] = behind
+    load[3] = flow_along
+    load[4] = flow_across
+    return force, cross(acts, force)
 
 
 @compiled
-def add_parts(state, controls, vehicle, tilts: int, air: Vector, rates: Vector, turn: tuple[float, float],
-              origin: Vector, density: float, outputs) -> Loads:  # fmt: skip
-    """Sum of all rotors and surfaces of one frame (`tilts` 1: wing, 0: body), about its origin and in its axes.
-
-    `turn` (cosine and sine of the frame's tilt) and `origin` (body axes) only place the outputs in body axes.
-    """
-    craft = vehicle[0]
-    out = outputs[0]
+def add_parts(state, controls, craft, tilts: int, air: Vector, rates: Vector, density: float, out) -> Loads:
+    """Sum of all rotors and surfaces of one frame (`tilts` 1: wing, 0: body), about its origin and in its axes."""
     fx = fy = fz = mx = my = mz = 0.0
     for i in range(craft.rotor_count):
         rotor = craft.rotors[i]
         if rotor.tilts == tilts:
-            force, moment = rotor_part(
-                rotor, i, air, rates, controls[i], state[ROTOR_SPEED + i], density, outputs
-            )
+            force, moment = rotor_part(rotor, i, air, rates, controls[i], state[ROTOR_SPEED + i], density, out)
             fx += force[0]
             fy += force[1]
             fz += force[2]
             mx += moment[0]
             my += moment[1]
             mz += moment[2]
-            body_force = to_body(force, turn[0], turn[1])
-            body_point = to_body((rotor.position[0], rotor.position[1], rotor.position[2]), turn[0], turn[1])
-            for k in range(3):
-                out.rotor_force_body[i, k] = body_force[k]
-                out.rotor_point_body[i, k] = origin[k] + body_point[k]
     downwash = 0.0 if tilts == 1 else out.downwash_angle
     for i in range(craft.surface_count):
         surface = craft.surfaces[i]
@@ -143,8 +128,8 @@ def add_parts(state, controls, vehicle, tilts: int, air: Vector, rates: Vector, 
             turned = surface.downwash_factor * downwash
             meets = (air[0] + turned * air[2], air[1], air[2] - turned * air[0])
             flap = 0.0 if surface.servo < 0 else state[TILT + surface.servo]
-            force, moment, acts = surface_part(
-                surface, i, meets, rates, craft.rotors[max(surface.rotor, 0)], flap, density, outputs
+            force, moment = surface_part(
+                surface, i, meets, rates, craft.rotors[max(surface.rotor, 0)], flap, density, out
             )
             fx += force[0]
             fy += force[1]
@@ -152,11 +137,6 @@ def add_parts(state, controls, vehicle, tilts: int, air: Vector, rates: Vector, 
             mx += moment[0]
             my += moment[1]
             mz += moment[2]
-            body_force = to_body(force, turn[0], turn[1])
-            body_point = to_body(acts, turn[0], turn[1])
-            for k in range(3):
-                out.surface_force_body[i, k] = body_force[k]
-                out.surface_point_body[i, k] = origin[k] + body_point[k]
     return fx, fy, fz, mx, my, mz
 
 
@@ -179,7 +159,7 @@ def downwash_angle(force: Vector, air: Vector, area: float, density: float) -> f
 
 
 @compiled
-def fuselage_loads(craft, air: Vector, rates: Vector, density: float, outputs) -> Loads:
+def fuselage_loads(craft, air: Vector, rates: Vector, density: float, out) -> Loads:
     """Drag of the fuselage along each axis, and damping of a bare body; body axes, about the centre of mass.
 
     Drag: -rho/2 |V| V_i (CD S)_i, isotropic when the three areas are equal. Damping: (b^2 Clp p, c^2 Cmq q, b^2 Cnr r)
@@ -194,9 +174,8 @@ def fuselage_loads(craft, air: Vector, rates: Vector, density: float, outputs) -
     area = craft.fuselage_drag_area
     force = (scale * area[0] * u, scale * area[1] * v, scale * area[2] * w)
     moment = cross(position, force)
-    out = outputs[0].fuselage_force_body
     for k in range(3):
-        out[k] = force[k]
+        out.fuselage_force_body[k] = force[k]
     damping = 0.0
     if craft.damping_area > 0.0:
         speed = math.sqrt(air[0] * air[0] + air[1] * air[1] + air[2] * air[2])
@@ -214,29 +193,29 @@ def fuselage_loads(craft, air: Vector, rates: Vector, density: float, outputs) -
 
 
 @compiled
-def vehicle_loads(state, controls, vehicle, air: Vector, rates: Vector, density: float, outputs) -> Loads:
+def vehicle_loads(state, controls, craft, air: Vector, rates: Vector, density: float, out) -> Loads:
     """Aerodynamic and propulsive force [N] and moment [N m] about the centre of mass, body axes.
 
     `air` is the velocity of the centre of mass through the air, body axes [m/s]; `rates` are
-    relative to the Earth and its air [rad/s] (for the gyroscopic moment the Earth's own turn is neglected). Fills the per-part fields of `outputs`.
+    relative to the Earth and its air [rad/s] (for the gyroscopic moment the Earth's own turn is neglected). `craft` is a VEHICLE record; fills part of
+    the OUTPUTS record `out`.
     """
-    craft = vehicle[0]
     tilt = state[TILT]
     turn = (math.cos(tilt), math.sin(tilt))
     pivot = (craft.pivot[0], craft.pivot[1], craft.pivot[2])
     swing = cross(rates, pivot)
     air_pivot = (air[0] + swing[0], air[1] + swing[1], air[2] + swing[2])
     wing = add_parts(
-        state, controls, vehicle, 1,
+        state, controls, craft, 1,
         to_wing(air_pivot, turn[0], turn[1]), to_wing(rates, turn[0], turn[1]),
-        turn, pivot, density, outputs,
+        density, out,
     )  # fmt: skip
     force = to_body((wing[0], wing[1], wing[2]), turn[0], turn[1])
     moment = to_body((wing[3], wing[4], wing[5]), turn[0], turn[1])
     lever = cross(pivot, force)
-    outputs[0].downwash_angle = downwash_angle(force, air, craft.downwash_area, density)
-    fixed = add_parts(state, controls, vehicle, 0, air, rates, (1.0, 0.0), (0.0, 0.0, 0.0), density, outputs)
-    hull = fuselage_loads(craft, air, rates, density, outputs)
+    out.downwash_angle = downwash_angle(force, air, craft.downwash_area, density)
+    fixed = add_parts(state, controls, craft, 0, air, rates, density, out)
+    hull = fuselage_loads(craft, air, rates, density, out)
     return (
         force[0] + fixed[0] + hull[0],
         force[1] + fixed[1] + hull[1],
@@ -245,3 +224,32 @@ def vehicle_loads(state, controls, vehicle, air: Vector, rates: Vector, density:
         moment[1] + lever[1] + fixed[4] + hull[4],
         moment[2] + lever[2] + fixed[5] + hull[5],
     )
+
+
+@compiled
+def describe_parts(state, craft, out) -> None:
+    """From what `vehicle_loads` left in `out`: where each part's force acts, in body axes, and how near it is to stall."""
+    pivot = (craft.pivot[0], craft.pivot[1], craft.pivot[2])
+    for i in range(craft.rotor_count):
+        rotor = craft.rotors[i]
+        tilt = state[TILT] * rotor.tilts
+        force = to_body((rotor.axis[0], rotor.axis[1], rotor.axis[2]), math.cos(tilt), math.sin(tilt))
+        point = to_body((rotor.position[0], rotor.position[1], rotor.position[2]), math.cos(tilt), math.sin(tilt))
+        for k in range(3):
+            out.rotor_force_body[i, k] = out.thrust[i] * force[k]
+            out.rotor_point_body[i, k] = point[k] + rotor.tilts * pivot[k]
+    for i in range(craft.surface_count):
+        surface = craft.surfaces[i]
+        tilt = state[TILT] * surface.tilts
+        chord = to_body((surface.chord_axis[0], surface.chord_axis[1], surface.chord_axis[2]), math.cos(tilt), math.sin(tilt))
+        normal = to_body((surface.normal[0], surface.normal[1], surface.normal[2]), math.cos(tilt), math.sin(tilt))
+        point = to_body((surface.position[0], surface.position[1], surface.position[2]), math.cos(tilt), math.sin(tilt))
+        load = out.surface_load[i]
+        for k in range(3):
+            out.surface_force_body[i, k] = load[0] * chord[k] + load[1] * normal[k]
+            out.surface_point_body[i, k] = point[k] + surface.tilts * pivot[k] - load[2] * chord[k]
+        angle = math.atan2(load[4], load[3])
+        out.surface_angle_of_attack[i] = angle
+        out.stall_margin[i] = surface.max_lift_angle - abs(angle)
+    for i in range(craft.surface_count, out.stall_margin.shape[0]):
+        out.stall_margin[i] = math.inf

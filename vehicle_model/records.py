@@ -51,9 +51,9 @@ SURFACE = np.dtype(
         ("tilts", _i),  # 1: strip of the tilting wing
         ("area", _f),  # [m^2]
         ("chord", _f),  # [m]
-        ("lift_slope", _f),  # attached flow [1/rad]
-        ("stall_angle", _f),  # middle of the blend from attached to separated flow [rad]
-        ("stall_width", _f),  # half width of that blend [rad]
+        ("lift_slope", _f),  # attached flow: CL = lift_slope sin alpha [1/rad]
+        ("stall_sine", _f),  # sine of the angle of attack where flow begins to separate
+        ("stall_sine_span", _f),  # by how much more it has separated
         ("max_lift_angle", _f),  # where lift peaks; follows from the curve (surface.max_lift_angle) [rad]
         ("plate_lift", _f),  # separated flow: CL = plate_lift sin 2 alpha
         ("plate_drag", _f),  # separated flow: CD = zero_lift_drag + plate_drag sin^2 alpha
@@ -153,14 +153,17 @@ OUTPUTS = np.dtype(
         ("shaft_power", _f, (MAX_ROTORS,)),  # [W]
         ("motor_torque", _f, (MAX_ROTORS,)),  # on the shaft [N m]
         ("current", _f, (MAX_ROTORS,)),  # motor current [A]
+        ("fuselage_force_body", _f, (3,)),  # [N]
+        ("contact_force_body", _f, (MAX_CONTACTS, 3)),  # [N]
+        ("surface_load", _f, (MAX_SURFACES, 5)),  # force along chord and normal [N], how far behind the quarter point it
+        # acts [m], velocity of the strip through the air along chord and normal [m/s]
+        # What follows only `observe` fills in.
         ("rotor_point_body", _f, (MAX_ROTORS, 3)),  # where the thrust acts [m]
         ("rotor_force_body", _f, (MAX_ROTORS, 3)),  # [N]
         ("surface_point_body", _f, (MAX_SURFACES, 3)),  # where the air load acts [m]
         ("surface_force_body", _f, (MAX_SURFACES, 3)),  # [N]
         ("surface_angle_of_attack", _f, (MAX_SURFACES,)),  # [rad]
         ("stall_margin", _f, (MAX_SURFACES,)),  # angle left to maximum lift, negative beyond it [rad]
-        ("fuselage_force_body", _f, (3,)),  # [N]
-        ("contact_force_body", _f, (MAX_CONTACTS, 3)),  # [N]
     ],
     align=True,
 )

@@ -71,7 +71,8 @@ def induced_velocity(axial: float, edgewise: float, blade: float, coupling: floa
             following = 0.5 * (low + high)
             step = guess - following
         guess = following
-        if abs(step) <= 1e-12 * blade:
+        # Newton's error is of the order of the square of its last step.
+        if abs(step) <= 1e-7 * blade:
             break
     return guess
 

@@ -13,6 +13,7 @@ from scipy.optimize import least_squares
 
 from vehicle_model.aircraft import Aircraft
 from vehicle_model.equivalent_elevator import tail_speed
+from vehicle_model.integrate import observe
 from vehicle_model.records import OUTPUTS
 from vehicle_model.rotation import ned_to_body, quaternion_from_euler
 from vehicle_model.state import (
@@ -131,7 +132,7 @@ def trim_steady(
     bank = math.atan(airspeed * turn_rate / 9.80665)
     best_x, best = problem.lower, math.inf
     tilts = sorted((4.0, 12.0, 30.0, 55.0, 80.0, 100.0, likely), key=lambda each: abs(each - likely))
-    # The tail rotor's speed goes with the root of the elevator command, so no search gets across zero: start either side.
+    # The tail rotor's speed goes with the root of the elevator command: no search gets across zero, so start on both sides.
     for degrees, command in itertools.product(tilts, (-0.02, 0.02)):
         speed = 470.0 + 160.0 * math.sin(math.radians(degrees)) ** 2
         guess = np.array([speed, speed, math.radians(degrees), 0.0, command, bank, pitch or 0.0])
@@ -143,6 +144,7 @@ def trim_steady(
     else:
         raise TrimError(f"no steady flight at {flight}: the best search leaves {best:.2g} of the weight unbalanced")
     problem.balance(best_x)
+    observe(problem.state, problem.controls, problem.vehicle, world, problem.outputs, problem.rate)
     shortfall = motor_shortfall(problem.outputs[0])
     if shortfall is not None:
         raise TrimError(f"no steady flight at {flight}: {shortfall}")

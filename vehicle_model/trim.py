@@ -11,6 +11,7 @@ from vehicle_model.compiled import compiled
 from vehicle_model.dynamics import derivative
 from vehicle_model.earth import make_environment
 from vehicle_model.equivalent_elevator import tail_speed
+from vehicle_model.integrate import observe
 from vehicle_model.motor import throttle_for
 from vehicle_model.records import OUTPUTS
 from vehicle_model.state import CONTROL_COUNT, ELEVATOR, QUATERNION, RATES, ROTOR_SPEED, STATE_COUNT, TILT, VELOCITY
@@ -180,14 +181,19 @@ class LevelProblem:
         inside = np.clip(x, self.lower + 1e-9, self.upper - 1e-9)
         return self.newton(least_squares(self.residual, inside, bounds=(self.lower, self.upper), x_scale="jac").x)
 
+    def observe(self, x: np.ndarray) -> np.void:
+        """All outputs at a point (an OUTPUTS record, overwritten by the next call), motors balanced."""
+        self.residual(x)
+        balance_motors(self.state, self.controls, self.vehicle, self.environment, self.outputs, self.rate)
+        observe(self.state, self.controls, self.vehicle, self.environment, self.outputs, self.rate)
+        return self.outputs[0]
+
     def finish(self, x: np.ndarray) -> Trim:
         """The trim at a point, with the throttles that hold the rotors' speeds."""
         size = float(np.abs(self.residual(x)).max())
-        balance_motors(self.state, self.controls, self.vehicle, self.environment, self.outputs, self.rate)
+        outputs = self.observe(x).copy()
         speed, tilt, elevator = (float(v) for v in x * self.scale)
-        return Trim(
-            self.airspeed, speed, tilt, elevator, size, self.state.copy(), self.controls.copy(), self.outputs[0].copy()
-        )
+        return Trim(self.airspeed, speed, tilt, elevator, size, self.state.copy(), self.controls.copy(), outputs)
 
 
 def trim_level(

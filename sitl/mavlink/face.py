@@ -71,6 +71,7 @@ TELEMETRY: dict[str, Callable[[Snapshot, Context], tuple[Any, ...]]] = {
     "HIL_GPS": hil_gps,
 }
 
+_USUAL_SPEED = 500.0  # as fast as possible, in multiples of real time
 _SPEED_WINDOW = 0.05  # over which the speed reached is measured [s], wall time
 
 
@@ -119,7 +120,8 @@ class MavlinkFace:
         self._on_text = on_text
         self._snapshot: Snapshot | None = None
         self._caps_rates = speed > 1.0 or lockstep
-        self._stretch = 1.0
+        # Until it is measured: the speed asked for, or about what a computer reaches.
+        self._stretch = 1.0 if lockstep else max(1.0, min(speed, _USUAL_SPEED))
         self._speed_mark: tuple[float, float] | None = None  # wall time and simulated time of the last measurement
         self._next_heartbeat = -math.inf
         self._load_mark = (time.monotonic(), time.process_time())

@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 from sitl.mavlink.codec import MessageCodec, codec
 from sitl.mavlink.command import Command, CommandService, whole_number
 from sitl.mavlink.dialect import tiltwing as mav
+from sitl.mavlink.heartbeat import HEARTBEAT_PERIOD
 from sitl.mavlink.service import Exchange, Sender
 
 __all__ = ["DEFAULT_RATES", "LinkStreams", "MessageIntervalService"]
@@ -97,9 +98,10 @@ class LinkStreams:
             if stream.due_us <= now_us:
                 due.append(message_id)
                 interval = stream.interval_us * stretch if stream.is_default else stream.interval_us
-                # On the grid of whole intervals, so that equal rates stay in step and share datagrams; a grid point
-                # that was missed is left out, not made up for.
-                stream.due_us = (now_us // interval + 1) * interval
+                # On a grid of whole intervals, so that equal rates stay in step and share datagrams; a grid point that
+                # was missed is left out, not made up for. The first one is counted from time zero.
+                begun = 0.0 if stream.due_us == -math.inf else stream.due_us
+                stream.due_us = begun + ((now_us - begun) // interval + 1) * interval
             next_due = min(next_due, stream.due_us)
         self.next_due_us = next_due
         return due
@@ -129,6 +131,8 @@ class MessageIntervalService:
 
     def _set_interval(self, command: Command) -> int:
         message_id, interval = whole_number(command.params[0]), command.params[1]
+        if message_id == mav.MAVLINK_MSG_ID_HEARTBEAT:
+            return mav.MAV_RESULT_DENIED  # its rate is the protocol's, in wall time
         if message_id not in self._streamed or not math.isfinite(interval) or interval < OFF:
             return mav.MAV_RESULT_DENIED
         self._by_link[command.sender.link].set(message_id, interval)
@@ -164,5 +168,9 @@ class MessageIntervalService:
 
     def _send_interval(self, message_id: int, sender: Sender) -> None:
         # 0 is the message's word for "not available", -1 for "not streamed now".
-        interval = self._by_link[sender.link].interval(message_id) if message_id in self._streamed else 0
+        interval = 0
+        if message_id == mav.MAVLINK_MSG_ID_HEARTBEAT:
+            interval = round(HEARTBEAT_PERIOD * 1e6)
+        elif message_id in self._streamed:
+            interval = self._by_link[sender.link].interval(message_id)
         self._exchange.reply(sender, "MESSAGE_INTERVAL", message_id=message_id, interval_us=interval)

@@ -19,7 +19,7 @@ from vehicle_model.state import ROTOR_SPEED, blank_controls, blank_state
 DEADLINE = 10.0  # [s], wall time: far more than anything here takes
 
 
-def make_snapshot(**changes: Any) -> Snapshot:  # noqa: ANN401  (any field of Snapshot)
+def make_snapshot(**changes: Any) -> Snapshot:
     """A climbing turn in a transition, every number different from every other; fields can be changed."""
     controls = blank_controls()
     controls[:] = (0.60, 0.50, -0.25, math.radians(40.0), 0.10, -0.05, 0.02)
@@ -80,7 +80,7 @@ class Client:
         self.mav.robust_parsing = True
         self.received: list[Any] = []
 
-    def send(self, message: Any) -> None:  # noqa: ANN401  (a message of mavgen's)
+    def send(self, message: Any) -> None:
         self.socket.send(message.pack(self.mav))
         self.mav.seq = (self.mav.seq + 1) % 256
 
@@ -103,7 +103,7 @@ class Client:
 class Ground:
     """The face of a vehicle on one udpin link, clients on it, and the flight going on between them."""
 
-    def __init__(self, aircraft: Aircraft, **options: Any) -> None:  # noqa: ANN401  (options of MavlinkFace)
+    def __init__(self, aircraft: Aircraft, **options: Any) -> None:
         self.port = free_port()
         self.link = f"udpin:127.0.0.1:{self.port}"
         self.face = MavlinkFace([self.link], aircraft.channels, vehicle=aircraft.vehicle, **options)
@@ -131,6 +131,11 @@ class Ground:
         self.until(lambda: self.rx > before)
         return client
 
+    @staticmethod
+    def at(seconds: float) -> Snapshot:
+        """A snapshot at this simulated time."""
+        return make_snapshot(time=seconds)
+
     @property
     def rx(self) -> int:
         return self.face.statistics()[self.link]["rx"]
@@ -140,7 +145,7 @@ class Ground:
         begun = self.wall
         for tick in range(round(seconds * rate) + 1):
             self.wall = begun + tick / rate / speed
-            self.face.publish(make_snapshot(time=start + tick / rate), self.wall)
+            self.face.publish(self.at(start + tick / rate), self.wall)
             if tick % 20 == 0:
                 for client in self.clients:
                     client.poll()
@@ -152,7 +157,7 @@ class Ground:
 def ground(aircraft: Aircraft) -> Iterator[Callable[..., Ground]]:
     made: list[Ground] = []
 
-    def make(**options: Any) -> Ground:  # noqa: ANN401  (options of MavlinkFace)
+    def make(**options: Any) -> Ground:
         made.append(Ground(aircraft, **options))
         return made[-1]
 

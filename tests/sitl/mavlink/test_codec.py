@@ -11,7 +11,16 @@ from sitl.mavlink.codec import codec
 from sitl.mavlink.dialect import tiltwing as mav
 from sitl.mavlink.face import TELEMETRY
 
-SENT = [*TELEMETRY, "COMMAND_ACK", "MESSAGE_INTERVAL", "PING", "TIMESYNC", "STATUSTEXT", "AUTOPILOT_VERSION", "PROTOCOL_VERSION"]
+SENT = [
+    *TELEMETRY,
+    "COMMAND_ACK",
+    "MESSAGE_INTERVAL",
+    "PING",
+    "TIMESYNC",
+    "STATUSTEXT",
+    "AUTOPILOT_VERSION",
+    "PROTOCOL_VERSION",
+]
 CLASSES = {message.msgname: message for message in mav.mavlink_map.values()}
 NUMBERS = {
     "float": st.floats(width=32, allow_nan=False),
@@ -21,14 +30,16 @@ NUMBERS = {
 }
 
 
-def fields_of(message: Any) -> st.SearchStrategy[dict[str, Any]]:  # noqa: ANN401  (a class of mavgen's)
+def fields_of(message: Any) -> st.SearchStrategy[dict[str, Any]]:
     """Any values for the fields of a message, zeros often, for those are cut from the end of a frame."""
     lengths = dict(zip(message.ordered_fieldnames, message.array_lengths, strict=True))
     strategies: dict[str, st.SearchStrategy[Any]] = {}
     for name, kind in zip(message.fieldnames, message.fieldtypes, strict=True):
         if kind == "char":
             size = lengths[name] or 1
-            strategies[name] = st.text(st.characters(codec="ascii", exclude_characters="\0"), max_size=size).map(str.encode)
+            strategies[name] = st.text(st.characters(codec="ascii", exclude_characters="\0"), max_size=size).map(
+                str.encode
+            )
         elif lengths[name]:
             strategies[name] = st.lists(NUMBERS[kind], min_size=lengths[name], max_size=lengths[name])
         else:
@@ -36,7 +47,7 @@ def fields_of(message: Any) -> st.SearchStrategy[dict[str, Any]]:  # noqa: ANN40
     return st.fixed_dictionaries(strategies)
 
 
-def pymavlink_frame(message: Any, fields: dict[str, Any], sequence: int, system: int, component: int) -> bytes:  # noqa: ANN401
+def pymavlink_frame(message: Any, fields: dict[str, Any], sequence: int, system: int, component: int) -> bytes:
     packer = mav.MAVLink(None, srcSystem=system, srcComponent=component)
     packer.seq = sequence
     return bytes(message(**fields).pack(packer))
@@ -57,7 +68,9 @@ def test_every_message_we_send_is_framed_as_pymavlink_frames_it(
 
 @settings(max_examples=10)
 @given(data=st.data())
-@pytest.mark.parametrize("name", ["HIL_ACTUATOR_CONTROLS", "SERVO_OUTPUT_RAW", "HIL_CONTROLS", "COMMAND_LONG", "COMMAND_INT"])
+@pytest.mark.parametrize(
+    "name", ["HIL_ACTUATOR_CONTROLS", "SERVO_OUTPUT_RAW", "HIL_CONTROLS", "COMMAND_LONG", "COMMAND_INT"]
+)
 def test_what_is_packed_is_unpacked_again_in_definition_order(name: str, data: st.DataObject) -> None:
     fields = data.draw(fields_of(CLASSES[name]))
     ordered = [fields[field] for field in CLASSES[name].fieldnames]

@@ -1,18 +1,24 @@
 """What `--rerun` accepts, and what it says to the rest; the web viewer that it serves."""
 
+import os
 import socket
+import subprocess
+import sys
 import urllib.request
 from collections.abc import Callable
 from pathlib import Path
 from urllib.error import URLError
 from urllib.parse import parse_qs, urlsplit
 
+import numpy as np
 import pytest
 
 from sitl.snapshot import Snapshot
 from sitl.viewer import ViewerOptionError, open_viewer
+from sitl.viewer.web import rerun_binary, unused_port
 from vehicle_model.aircraft import Aircraft
 
+Read = Callable[[Path], dict[str, dict[str, np.ndarray]]]
 Wait = Callable[[Callable[[], bool], str], None]
 
 
@@ -96,3 +102,50 @@ def _other_address() -> str | None:
         except OSError:
             return None
         return str(probe.getsockname()[0])
+
+
+@pytest.mark.filterwarnings("ignore:RRD file has no footer")  # it is read while being written
+def test_connect_delivers_the_flight_to_a_running_rerun(
+    aircraft: Aircraft, flight: list[Snapshot], wait_until: Wait, read_recording: Read, tmp_path: Path
+) -> None:
+    file, port = tmp_path / "received.rrd", unused_port()
+    command = [rerun_binary(), "--save", str(file), "--port", str(port), "--bind", "127.0.0.1"]
+    rerun = subprocess.Popen(command, stderr=subprocess.DEVNULL, env={**os.environ, "CI": "1"})
+    try:
+        wait_until(lambda: _connects("127.0.0.1", port), "Rerun listens")
+        viewer = open_viewer(f"connect:rerun+http://127.0.0.1:{port}/proxy", aircraft, map=False)
+        for snapshot in flight:
+            viewer.offer(snapshot)
+        viewer.close(deadline=20.0)
+        assert viewer.dropped == 0
+
+        def received() -> bool:
+            # Read while Rerun may still write: an incomplete block at the end is for the next look.
+            rows = read_recording(file).get("/world/aircraft", {}).get("sim_time", []) if file.exists() else []
+            return len(rows) == len(flight)
+
+        wait_until(received, "all snapshots are in Rerun's file")
+    finally:
+        rerun.terminate()
+        rerun.wait()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere there is always a display to open a window on")
+def test_spawn_without_a_display_says_so_and_the_flight_goes_on(
+    aircraft: Aircraft,
+    flight: list[Snapshot],
+    wait_until: Wait,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr("sitl.viewer.GRPC_PORT", unused_port())  # a window already open would be used
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"):
+        monkeypatch.delenv(name, raising=False)
+    with open_viewer("spawn", aircraft) as viewer:
+
+        def noticed() -> bool:
+            viewer.offer(flight[0])
+            return viewer.lost
+
+        wait_until(noticed, "the missing window is noticed")
+    assert "Rerun's window did not open (no display?); use web instead" in capfd.readouterr().err
