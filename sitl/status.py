@@ -4,6 +4,7 @@ A thread of its own writes, for a terminal can stand still (Ctrl-S, a full pipe)
 """
 
 import queue
+import shutil
 import threading
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -70,7 +71,9 @@ class Status:
                 report = self._report
                 if report is not None and report is not self._shown:
                     text = describe(report, self._shown)
-                    self._stream.write(f"{CLEAR_LINE}{text}" if self._live else f"{text}\n")
+                    # A live line longer than the terminal is wide would wrap, and could not be rewritten.
+                    width = shutil.get_terminal_size().columns - 1
+                    self._stream.write(f"{CLEAR_LINE}{text[:width]}" if self._live else f"{text}\n")
                     self._shown = report
                 if line:
                     self._stream.write(f"{CLEAR_LINE if self._live else ''}{line}\n")
@@ -92,10 +95,10 @@ def describe(report: Report, before: Report | None) -> str:
     parts.append(f"late {report.late_ticks}")
     if report.dropped_ticks:
         parts.append(f"dropped {report.dropped_ticks}")
-    for name, counters in report.links.items():
-        lost = "".join(f" {key} {counters[key]}" for key in ("dropped", "malformed") if counters.get(key))
-        parts.append(f"{name} tx {counters.get('tx', 0)} rx {counters.get('rx', 0)}{lost}")
     if report.viewer_dropped:
         parts.append(f"viewer dropped {report.viewer_dropped}")
     parts.append(report.state)
+    for name, counters in report.links.items():
+        lost = "".join(f" {key} {counters[key]}" for key in ("dropped", "malformed") if counters.get(key))
+        parts.append(f"{name} tx {counters.get('tx', 0)} rx {counters.get('rx', 0)}{lost}")
     return " | ".join(parts)

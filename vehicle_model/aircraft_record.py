@@ -152,7 +152,7 @@ def _rotor(rotor: Rotor, voltage: float, side: int, **mounting: Any) -> tuple[An
         blade_chord=rotor.blade_chord,
         profile_drag=rotor.profile_drag,
         inertia=rotor.inertia,
-        velocity_constant=motor.velocity_constant,
+        torque_constant=1.0 / motor.velocity_constant,
         resistance=motor.resistance,
         no_load_current=motor.no_load_current,
         battery_voltage=voltage,

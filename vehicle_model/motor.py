@@ -11,12 +11,12 @@ __all__ = ["motor_current", "motor_torque", "servo_rate", "throttle_for"]
 def motor_current(rotor, throttle: float, speed: float) -> float:
     """Motor current [A] of a ROTOR record, signed like the torque it makes, at a rotor speed [rad/s].
 
-    Direct-current equivalent: V = I R + w/Kv. Where `throttle_sets_power` the controller regulates the electrical
+    Direct-current equivalent: V = I R + K w. Where `throttle_sets_power` the controller regulates the electrical
     power V I to throttle * max_power, within the battery's voltage and its own current limit; otherwise it sets V to
     throttle * battery_voltage (and brakes when the motor turns faster than that).
     """
     throttle = min(max(throttle, rotor.min_throttle), 1.0)
-    emf = speed / rotor.velocity_constant
+    emf = speed * rotor.torque_constant
     if rotor.throttle_sets_power == 0:
         current = (throttle * rotor.battery_voltage - emf) / rotor.resistance
         return min(max(current, -rotor.max_current), rotor.max_current)
@@ -32,9 +32,9 @@ def motor_current(rotor, throttle: float, speed: float) -> float:
 
 @compiled
 def motor_torque(rotor, current: float, speed: float) -> float:
-    """Torque on the shaft [N m]: torque constant 1/Kv times the current, less no-load friction."""
+    """Torque on the shaft [N m]: the torque constant K = 1/Kv times the current, less no-load friction."""
     friction = rotor.no_load_current * speed / math.sqrt(speed * speed + 1.0)
-    return (current - friction) / rotor.velocity_constant
+    return (current - friction) * rotor.torque_constant
 
 
 @compiled
@@ -44,8 +44,8 @@ def throttle_for(rotor, speed: float, torque: float) -> float:
     Beyond +-1 the motor cannot hold it. Where throttle sets power, a torque that drives the motor gives 0.
     """
     friction = rotor.no_load_current * speed / math.sqrt(speed * speed + 1.0)
-    current = torque * rotor.velocity_constant + friction
-    voltage = current * rotor.resistance + speed / rotor.velocity_constant
+    current = torque / rotor.torque_constant + friction
+    voltage = current * rotor.resistance + speed * rotor.torque_constant
     if rotor.throttle_sets_power == 0:
         return voltage / rotor.battery_voltage
     if current * speed <= 0.0:

@@ -31,7 +31,7 @@ ROTOR = np.dtype(
         ("blade_chord", _f),  # c_r of eq. (3) [m]
         ("profile_drag", _f),  # mean blade section drag coefficient
         ("inertia", _f),  # propeller and motor about the shaft [kg m^2]
-        ("velocity_constant", _f),  # motor speed per volt of back EMF [rad/s/V]; its inverse is the torque constant
+        ("torque_constant", _f),  # torque per current, and back EMF per speed: 1/Kv [N m/A = V s/rad]
         ("resistance", _f),  # winding, controller and cables [ohm]
         ("no_load_current", _f),  # [A]
         ("battery_voltage", _f),  # [V]

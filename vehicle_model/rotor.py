@@ -65,14 +65,14 @@ def induced_velocity(axial: float, edgewise: float, blade: float, coupling: floa
             high = guess
         else:
             low = guess
-        step = residual / (total + guess * flow * flow_slope / total + coupling)
+        step = residual * total / (total * (total + coupling) + guess * flow * flow_slope)
         following = guess - step
         if not (low <= following <= high):
             following = 0.5 * (low + high)
             step = guess - following
         guess = following
         # Newton's error is of the order of the square of its last step.
-        if abs(step) <= 1e-7 * blade:
+        if abs(step) <= 1e-6 * blade:
             break
     return guess
 

@@ -22,13 +22,14 @@ def coefficients(surface, sine: float, cosine: float, flap: float) -> tuple[floa
     """
     attached_lift = surface.lift_slope * (sine + surface.flap_effectiveness * flap * cosine)
     attached_drag = surface.induced_drag * attached_lift * attached_lift
-    progress = (abs(sine) - surface.stall_sine) / surface.stall_sine_span
-    if cosine > 0.0 and progress <= 0.0:
+    beyond = abs(sine) - surface.stall_sine
+    if cosine > 0.0 and beyond <= 0.0:
         return attached_lift, surface.zero_lift_drag + attached_drag
     plate_lift = 2.0 * surface.plate_lift * sine * cosine
     plate_drag = surface.plate_drag * sine * sine
-    if cosine <= 0.0 or progress >= 1.0:
+    if cosine <= 0.0 or beyond >= surface.stall_sine_span:
         return plate_lift, surface.zero_lift_drag + plate_drag
+    progress = beyond / surface.stall_sine_span
     # A step whose value, slope and curvature match at both ends.
     blend = progress * progress * progress * (10.0 + progress * (6.0 * progress - 15.0))
     lift = attached_lift + blend * (plate_lift - attached_lift)
@@ -65,10 +66,11 @@ def strip_force(surface, along: float, across: float, flap: float, density: floa
     speed = math.sqrt(along * along + across * across)
     if speed < 1e-9:
         return 0.0, 0.0, 0.0
-    sine = across / speed
-    cosine = along / speed
+    inverse = 1.0 / speed
+    sine = across * inverse
+    cosine = along * inverse
     lift, drag = coefficients(surface, sine, cosine, flap)
-    pressure_area = 0.5 * density * speed * speed * surface.area
-    force_along = pressure_area * (lift * sine - drag * cosine)
-    force_across = -pressure_area * (lift * cosine + drag * sine)
+    scale = 0.5 * density * speed * surface.area
+    force_along = scale * (lift * across - drag * along)
+    force_across = -scale * (lift * along + drag * across)
     return force_along, force_across, 0.25 * (1.0 - cosine) * surface.chord

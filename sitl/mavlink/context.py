@@ -47,7 +47,7 @@ def context_for(vehicle: np.ndarray, channels: Sequence[Channel], unix_epoch: fl
     return Context(
         channels=channels,
         battery_voltage=float(rotors["battery_voltage"][0]),
-        motors=[(float(rotor["resistance"]), float(rotor["velocity_constant"])) for rotor in rotors],
+        motors=[(float(rotor["resistance"]), float(rotor["torque_constant"])) for rotor in rotors],
         tilt_time_constant=float(tilt_servo["time_constant"]),
         tilt_rate_limit=float(tilt_servo["rate_limit"]),
         tilt_minimum=float(tilt_servo["minimum"]),

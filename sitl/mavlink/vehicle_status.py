@@ -34,9 +34,9 @@ def sys_status(snapshot: Snapshot, context: Context) -> tuple[Any, ...]:
     The battery holds its voltage and never empties; what remains of it is therefore not stated.
     """
     power = 0.0  # V I of the motors, with V = I R + w/Kv
-    for index, (resistance, velocity_constant) in enumerate(context.motors):
+    for index, (resistance, torque_constant) in enumerate(context.motors):
         current = float(snapshot.outputs["current"][index])
-        power += current * (current * resistance + float(snapshot.state[ROTOR_SPEED + index]) / velocity_constant)
+        power += current * (current * resistance + float(snapshot.state[ROTOR_SPEED + index]) * torque_constant)
     pieces = context.received + context.malformed
     return (
         SENSORS,

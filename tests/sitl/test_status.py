@@ -28,7 +28,7 @@ def test_the_line_gives_time_real_time_factor_late_ticks_links_and_state() -> No
     assert "0.50 x real time" in line
     assert "late 2" in line
     assert "udpout:127.0.0.1:14550 tx 120 rx 3" in line
-    assert line.endswith("on the ground")
+    assert "| on the ground |" in line
 
 
 def test_what_is_lost_is_shown_and_only_then() -> None:

@@ -15,7 +15,7 @@ KV = 23.0  # [rad/s/V]
 
 def motor(*, power: bool = True, reversible: bool = False, max_current: float = 110.0) -> np.void:
     rotor = np.zeros(1, ROTOR)[0]
-    rotor["velocity_constant"], rotor["resistance"], rotor["no_load_current"] = KV, 0.03, 1.5
+    rotor["torque_constant"], rotor["resistance"], rotor["no_load_current"] = 1.0 / KV, 0.03, 1.5
     rotor["battery_voltage"], rotor["max_current"], rotor["max_power"] = 44.4, max_current, 2200.0
     rotor["throttle_sets_power"], rotor["min_throttle"] = power, -1.0 if reversible else 0.0
     return rotor

@@ -3,6 +3,7 @@
 import math
 import random
 import socket
+import struct
 import time
 from collections.abc import Callable, Iterator
 from itertools import pairwise
@@ -379,6 +380,25 @@ def test_nothing_that_arrives_disturbs_the_vehicle(ground: Make) -> None:
     client.mav.robust_parsing = True
     client.command(REQUEST, IDS["PROTOCOL_VERSION"], target=(3, 1))
     made.until(lambda: len([ack for ack in client.of("COMMAND_ACK")[before:] if ack.command == REQUEST]) >= 1)
+
+
+def test_served_commands_take_any_parameters(ground: Make) -> None:
+    made = ground()
+    client = made.heard(made.client())
+    made.face.publish(made.at(1.0), made.wall)
+    numbers = random.Random(24)
+    packer = codec("COMMAND_LONG")
+    served = [SET, GET, REQUEST, RELEASE_SERVOS, mav.MAV_CMD_REQUEST_PROTOCOL_VERSION]
+    for number in range(2000):
+        values = struct.unpack("<7f", numbers.randbytes(28))
+        if number % 2:  # a message that exists, so that what follows is looked at
+            values = (float(numbers.choice(list(IDS.values()))), *values[1:])
+        fields = (1, 1, numbers.choice(served), 0, *values)
+        client.socket.send(packer.frame(packer.payload(fields), 0, 255, 190))
+        made.face.receive(made.wall)
+        client.poll()
+    made.until(lambda: len(client.of("COMMAND_ACK")) == 2000)
+    made.fly(0.1)
 
 
 def test_a_bad_link_leaves_no_other_open(aircraft: Aircraft) -> None:

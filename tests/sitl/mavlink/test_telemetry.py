@@ -137,7 +137,7 @@ def test_sys_status(moment: Moment, context: Context, aircraft: Aircraft) -> Non
     rotors = aircraft.vehicle["rotors"][0]
     battery = float(rotors["battery_voltage"][0])
     watts = sum(
-        current * (current * rotor["resistance"] + speed / rotor["velocity_constant"])
+        current * (current * rotor["resistance"] + speed * rotor["torque_constant"])
         for current, speed, rotor in zip((20.0, 19.0, -4.0), (600.0, 590.0, -300.0), rotors, strict=True)
     )
     assert (m.load, m.voltage_battery, m.battery_remaining) == (125, round(battery * 1e3), -1)
