@@ -10,7 +10,7 @@ from vehicle_model.equivalent_elevator import tail_speed
 from vehicle_model.integrate import time_history
 from vehicle_model.motor import throttle_for
 from vehicle_model.records import OUTPUTS
-from vehicle_model.rotation import euler_from_quaternion
+from vehicle_model.rotation import body_to_ned, euler_from_quaternion
 from vehicle_model.state import QUATERNION, RATES, ROTOR_SPEED, STATE_COUNT, TILT, VELOCITY
 from vehicle_model.trim import Trim, balance_motors, still_air, trim_level
 
@@ -72,9 +72,10 @@ def elevator_step(
     time_history(trim.state.copy(), schedule, aircraft.vehicle, still_air(), 1.0 / rate, every, states)
     theta = np.array([euler_from_quaternion(*row[QUATERNION : QUATERNION + 4])[1] for row in states])
     u, w = states[:, VELOCITY], states[:, VELOCITY + 2]
-    down = w * np.cos(theta) - u * np.sin(theta)
-    north = u * np.cos(theta) + w * np.sin(theta)
+    over_ground = np.array([
+        body_to_ned(*row[QUATERNION : QUATERNION + 4], *row[VELOCITY : VELOCITY + 3]) for row in states
+    ])  # fmt: skip
     return ElevatorStep(
         trim, trim.controls, after, at, np.arange(states.shape[0]) * every / rate, u, w, states[:, RATES + 1], theta,
-        np.column_stack([north, np.zeros_like(north), down]), states,
+        over_ground, states,
     )  # fmt: skip

@@ -141,7 +141,7 @@ def test_paper_slipstream_leaves_wetted_strips_the_wake_alone(aircraft: Aircraft
 def test_angle_of_greatest_lift_is_where_the_lift_curve_peaks(aircraft: Aircraft) -> None:
     for name, surface in _surfaces(aircraft).items():
         peak = float(surface["max_lift_angle"])
-        lifts = [coefficients(surface, a, math.sin(a), math.cos(a), 0.0)[0] for a in (peak - 0.01, peak, peak + 0.01)]
+        lifts = [coefficients(surface, math.sin(a), math.cos(a), 0.0)[0] for a in (peak - 0.01, peak, peak + 0.01)]
         assert lifts[1] == max(lifts) > 0, name
 
 
