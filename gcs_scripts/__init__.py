@@ -1,0 +1,1 @@
+"""Programs on the ground. They speak MAVLink and nothing else, so they also fly another autopilot."""

@@ -1,0 +1,1 @@
+"""Flight dynamics of a single tilt-wing UAV: parameter records and compiled functions, useful without a process."""

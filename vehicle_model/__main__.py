@@ -4,12 +4,12 @@ import json
 import math
 import sys
 import time
-from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import typer
+from typer.exceptions import TyperException
 
 from vehicle_model.aircraft import Aircraft, AircraftFileError, load_aircraft
 from vehicle_model.check_case_file import CaseFileError
@@ -18,28 +18,43 @@ from vehicle_model.linearise import modes as natural_modes
 from vehicle_model.trim import Trim, TrimError, trim_level, trim_sweep
 
 app = typer.Typer(
-    name="vehicle_model", no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False,
+    name="vehicle_model", add_completion=False, pretty_exceptions_enable=False,
+    rich_markup_mode=None,
     help="Flight dynamics of a single tilt-wing UAV (Hong et al., IFAC ACA 2013).",
 )  # fmt: skip
 
-HoldOption = Enum("HoldOption", {hold: hold for hold in HOLDS}, type=str)
 AircraftFile = Annotated[Path | None, typer.Option("--aircraft", help="Aircraft file; default: the paper's aircraft.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")]
+
+
+MOST_SPEEDS = 10_000
 
 
 def parse_range(text: str) -> list[float]:
     """`30`, `0,5,10` or `0:30:1` (ends included) as a list of numbers; raises typer.BadParameter."""
     try:
         if ":" not in text:
-            return [float(part) for part in text.split(",")]
-        start, stop, *step = (float(part) for part in text.split(":"))
-        stride = step[0] if step else 1.0
-        count = math.floor((stop - start) / stride + 1e-9) + 1
-        if len(step) > 1 or count < 1:
-            raise ValueError
-    except (ValueError, ZeroDivisionError):
-        raise typer.BadParameter(f"expected a number, a list 0,5,10 or a range start:stop:step, got {text!r}") from None
-    return [start + i * stride for i in range(count)]
+            values = [float(part) for part in text.split(",")]
+        else:
+            start, stop, *step = (float(part) for part in text.split(":"))
+            (stride,) = step or (1.0,)
+            count = math.floor((stop - start) / stride + 1e-9) + 1
+            values = [start + i * stride for i in range(min(count, MOST_SPEEDS + 1))]
+    except (ValueError, ZeroDivisionError, OverflowError):
+        values = []
+    if not 0 < len(values) <= MOST_SPEEDS or not all(math.isfinite(value) for value in values):
+        raise typer.BadParameter(
+            f"expected a number, a list 0,5,10 or a range start:stop:step of at most {MOST_SPEEDS}, got {text!r}",
+            param_hint="'--airspeed'",
+        )
+    return values
+
+
+def finite(value: float) -> float:
+    """Option callback: the value, unless it is infinite or not a number."""
+    if not math.isfinite(value):
+        raise typer.BadParameter(f"expected a finite number, got {value}")
+    return value
 
 
 def trim_row(trim: Trim) -> dict[str, float]:
@@ -92,14 +107,15 @@ def trim(
     as_json: AsJson = False,
 ) -> None:
     """Level trim with the fuselage level: RPM, tilt and equivalent elevator over airspeed (the paper's Fig. 10)."""
-    rows = [trim_row(found) for found in trim_sweep(load_aircraft(aircraft), parse_range(airspeed))]
+    speeds = parse_range(airspeed)
+    rows = [trim_row(found) for found in trim_sweep(load_aircraft(aircraft), speeds)]
     print(json.dumps(rows, indent=1) if as_json else table(rows))
 
 
 @app.command()
 def modes(
-    airspeed: Annotated[float, typer.Option(help="m/s")] = 30.0,
-    hold: Annotated[HoldOption, typer.Option(help="What the rotors keep while disturbed.")] = HoldOption("throttle"),
+    airspeed: Annotated[float, typer.Option(help="m/s", callback=finite)] = 30.0,
+    hold: Annotated[Hold, typer.Option(help="What the rotors keep while disturbed.")] = "throttle",
     aircraft: AircraftFile = None,
     as_json: AsJson = False,
 ) -> None:
@@ -107,29 +123,28 @@ def modes(
     model = load_aircraft(aircraft)
     point = trim_level(model, airspeed)
     found = {each: [mode_row(mode) for mode in natural_modes(linearise(model, point, each))] for each in HOLDS}
-    chosen: Hold = hold.value
     if as_json:
-        others = {each: rows for each, rows in found.items() if each != chosen}
-        head = {"airspeed_m_s": airspeed, "hold": chosen, "trim": trim_row(point)}
-        print(json.dumps({**head, "modes": found[chosen], "other_holds": others}, indent=1))
+        others = {each: rows for each, rows in found.items() if each != hold}
+        head = {"airspeed_m_s": airspeed, "hold": hold, "trim": trim_row(point)}
+        print(json.dumps({**head, "modes": found[hold], "other_holds": others}, indent=1))
         return
-    for each in (chosen, *(other for other in HOLDS if other != chosen)):
-        print(f"\n{each} held" + (" (chosen)" if each == chosen else ""))
+    for each in (hold, *(other for other in HOLDS if other != hold)):
+        print(f"\n{each} held" + (" (chosen)" if each == hold else ""))
         print(table(found[each]))
 
 
 @app.command()
 def step(
-    airspeed: Annotated[float, typer.Option(help="m/s")] = 30.0,
-    elevator: Annotated[float, typer.Option(help="Step of the equivalent elevator [deg].")] = 1.0,
-    at: Annotated[float, typer.Option(help="Time of the step [s].")] = 1.0,
-    duration: Annotated[float, typer.Option(help="[s]")] = 50.0,
-    rate: Annotated[int, typer.Option(help="Integration steps a second.")] = 400,
+    airspeed: Annotated[float, typer.Option(help="m/s", callback=finite)] = 30.0,
+    elevator: Annotated[float, typer.Option(help="Step of the equivalent elevator [deg].", callback=finite)] = 1.0,
+    at: Annotated[float, typer.Option(help="Time of the step [s].", min=0.0, callback=finite)] = 1.0,
+    duration: Annotated[float, typer.Option(help="[s]", min=0.0, max=3600.0, callback=finite)] = 50.0,
+    rate: Annotated[int, typer.Option(help="Integration steps a second.", min=50, max=10_000)] = 400,
     aircraft: AircraftFile = None,
     as_json: AsJson = False,
 ) -> None:
     """Response to an elevator step from level trim (the paper's Figs 11-12), throttle held."""
-    from vehicle_model.elevator_step import elevator_step  # noqa: PLC0415
+    from vehicle_model.elevator_step import elevator_step
 
     model = load_aircraft(aircraft)
     flown = elevator_step(model, airspeed, math.radians(elevator), at=at, duration=duration, rate=rate)
@@ -148,22 +163,23 @@ def step(
             "elevator_step_deg": elevator,
             "step_time_s": at,
             "rate_hz": rate,
+            "altitude_msl_m": 0.0,  # of `still_air`, where the trim is found
             "trim": trim_row(flown.trim),
-            "servo_outputs_before": model.servo_outputs(flown.controls_before),
-            "servo_outputs_after": model.servo_outputs(flown.controls_after),
+            "servo_outputs_before": model.normalised_outputs(flown.controls_before),
+            "servo_outputs_after": model.normalised_outputs(flown.controls_after),
         }
         print(json.dumps(head | {key: values.tolist() for key, values in columns.items()}))
         return
     every = max(1, len(flown.time) // 50)
-    names = list(columns)
-    print(table([dict(zip(names, (float(v) for v in row), strict=True)) for row in zip(*columns.values(), strict=True)][::every]))
+    shown = {key: values[::every].tolist() for key, values in columns.items()}
+    print(table([dict(zip(shown, row, strict=True)) for row in zip(*shown.values(), strict=True)]))
 
 
 @app.command()
 def bench(as_json: AsJson = False) -> None:
     """Time one RK4 step of the whole vehicle, called from Python and inside the compiled loop."""
-    from vehicle_model.integrate import advance, rk4_step  # noqa: PLC0415
-    from vehicle_model.trim import still_air  # noqa: PLC0415
+    from vehicle_model.integrate import advance, rk4_step
+    from vehicle_model.trim import still_air
 
     model: Aircraft = load_aircraft()
     point = trim_level(model, 30.0)
@@ -196,7 +212,7 @@ def bench(as_json: AsJson = False) -> None:
 @app.command()
 def paper(out: Annotated[Path, typer.Option(help="Folder for the figures and the page.")] = Path("docs/paper")) -> None:
     """Draw the paper's figures beside its printed values, and the page that discusses them."""
-    from vehicle_model.paper import reproduce  # noqa: PLC0415
+    from vehicle_model.paper import reproduce
 
     for written in reproduce(load_aircraft(), out):
         print(written)
@@ -205,7 +221,7 @@ def paper(out: Annotated[Path, typer.Option(help="Folder for the figures and the
 @app.command()
 def case(file: Annotated[Path, typer.Argument(help="Check case, TOML.")]) -> None:
     """Fly a check case and compare it with the values it expects."""
-    from vehicle_model.check_case import run_case  # noqa: PLC0415
+    from vehicle_model.check_case import run_case
 
     result = run_case(file)
     print(result)
@@ -214,11 +230,16 @@ def case(file: Annotated[Path, typer.Argument(help="Check case, TOML.")]) -> Non
 
 
 def main() -> None:
-    """Entry point: errors of the user's making are one line and exit status 1."""
+    """Entry point: errors of the user's making are one line; exit status 2 for a wrong command line, otherwise 1."""
     try:
-        app()
+        sys.exit(app(standalone_mode=False))
+    except TyperException as error:
+        print(f"error: {error.format_message()} (see --help)", file=sys.stderr)
+        sys.exit(2)
     except (AircraftFileError, CaseFileError, TrimError, OSError) as error:
         sys.exit(f"error: {error}")
+    except KeyboardInterrupt:
+        sys.exit(130)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """The aircraft: what its file says, as typed SI values and as the VEHICLE record of the compiled equations."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from importlib import resources
 from pathlib import Path
@@ -49,6 +49,17 @@ class Aircraft(AircraftTables, frozen=True, kw_only=True, dict=True):
     def surface_names(self) -> tuple[str, ...]:
         """Names of the surfaces in the order of VEHICLE."""
         return surface_names(self)
+
+    def normalised_outputs(self, controls: Sequence[float] | npt.NDArray[np.float64]) -> list[float]:
+        """What a flight controller would send for these controls (7,): normalised values, channel 1 first.
+
+        Each is limited to its channel's range; a number that no channel has is 0. Raises ValueError for a control that
+        is not finite.
+        """
+        outputs = [0.0] * self.channels[-1].number
+        for channel in self.channels:
+            outputs[channel.number - 1] = channel.to_normalised(float(controls[channel.index]))
+        return outputs
 
     def with_values(self, values: Mapping[str, Any]) -> "Aircraft":
         """The aircraft with some values replaced, by dotted path as in the file, in SI and radians.

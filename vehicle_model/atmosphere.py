@@ -24,32 +24,60 @@ LOWEST = -5000.0
 HIGHEST = 84852.0
 
 
-def _pressure_ratio(lapse: float, base_temperature: float, climb: float) -> float:
-    """p/p_base after a climb [m, geopotential] through a layer: hydrostatic balance, eqs (33a) and (33b)."""
+def _density_exponent(lapse: float, base_temperature: float) -> float:
+    """Exponent of the density of a layer, from hydrostatic balance, eqs (33a) and (33b) over the gas law.
+
+    rho/rho_base is (T/T_base)^exponent, or exp(exponent climb) where temperature is constant [1/m].
+    """
     if lapse == 0.0:
-        return math.exp(-GRAVITY * climb / (GAS_CONSTANT * base_temperature))
-    # A power as exp and log, which cost half of it: this runs in every right-hand side.
-    return math.exp(-GRAVITY / (GAS_CONSTANT * lapse) * math.log(1.0 + lapse * climb / base_temperature))
+        return -GRAVITY / (GAS_CONSTANT * base_temperature)
+    return -GRAVITY / (GAS_CONSTANT * lapse) - 1.0
 
 
-def _layer_bases() -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Temperature and pressure at the base of each layer, from the ground up."""
-    temperatures, pressures = [SEA_LEVEL_TEMPERATURE], [SEA_LEVEL_PRESSURE]
-    for layer in range(len(LAYER_HEIGHT) - 1):
-        climb = LAYER_HEIGHT[layer + 1] - LAYER_HEIGHT[layer]
-        pressures.append(pressures[-1] * _pressure_ratio(LAYER_LAPSE[layer], temperatures[-1], climb))
-        temperatures.append(temperatures[-1] + LAYER_LAPSE[layer] * climb)
-    return tuple(temperatures), tuple(pressures)
+def _layers() -> tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]:
+    """Temperature and density at the base of each layer, from the ground up, and its density exponent."""
+    temperatures = [SEA_LEVEL_TEMPERATURE]
+    densities = [SEA_LEVEL_PRESSURE / (GAS_CONSTANT * SEA_LEVEL_TEMPERATURE)]
+    exponents: list[float] = []
+    for layer, lapse in enumerate(LAYER_LAPSE):
+        exponents.append(_density_exponent(lapse, temperatures[-1]))
+        if layer + 1 < len(LAYER_HEIGHT):
+            climb = LAYER_HEIGHT[layer + 1] - LAYER_HEIGHT[layer]
+            top = temperatures[-1] + lapse * climb
+            ratio = (top / temperatures[-1]) ** exponents[-1] if lapse else math.exp(exponents[-1] * climb)
+            temperatures.append(top)
+            densities.append(densities[-1] * ratio)
+    return tuple(temperatures), tuple(densities), tuple(exponents)
 
 
-LAYER_TEMPERATURE, LAYER_PRESSURE = _layer_bases()
-pressure_ratio = compiled(_pressure_ratio)
+LAYER_TEMPERATURE, LAYER_DENSITY, LAYER_EXPONENT = _layers()
+LAYER_RELATIVE_LAPSE = tuple(lapse / base for lapse, base in zip(LAYER_LAPSE, LAYER_TEMPERATURE, strict=True))
 
 
 @compiled
 def geopotential_height(height: float) -> float:
     """Geopotential height H = r0 h/(r0 + h) of a geometric height [m], kept to where the standard is defined."""
     return min(max(EARTH_RADIUS * height / (EARTH_RADIUS + height), LOWEST), HIGHEST)
+
+
+@compiled
+def layer_of(geopotential: float) -> int:
+    """Number of the layer at a geopotential height [m], the lowest being 0."""
+    layer = 0
+    while layer + 1 < len(LAYER_HEIGHT) and geopotential >= LAYER_HEIGHT[layer + 1]:
+        layer += 1
+    return layer
+
+
+@compiled
+def air_density(height: float) -> float:
+    """Density [kg/m^3] at a geometric height [m]; every right-hand side asks for it, so it has no division to spare."""
+    geopotential = geopotential_height(height)
+    layer = layer_of(geopotential)
+    climb = geopotential - LAYER_HEIGHT[layer]
+    if LAYER_LAPSE[layer] != 0.0:
+        climb = math.log(1.0 + LAYER_RELATIVE_LAPSE[layer] * climb)
+    return LAYER_DENSITY[layer] * math.exp(LAYER_EXPONENT[layer] * climb)
 
 
 @compiled
@@ -60,17 +88,8 @@ def atmosphere(height: float) -> tuple[float, float, float, float]:
     where the standard's layers end, the values stay those of the end.
     """
     geopotential = geopotential_height(height)
-    layer = 0
-    while layer + 1 < len(LAYER_HEIGHT) and geopotential >= LAYER_HEIGHT[layer + 1]:
-        layer += 1
-    climb = geopotential - LAYER_HEIGHT[layer]
-    temperature = LAYER_TEMPERATURE[layer] + LAYER_LAPSE[layer] * climb
-    pressure = LAYER_PRESSURE[layer] * pressure_ratio(LAYER_LAPSE[layer], LAYER_TEMPERATURE[layer], climb)
-    density = pressure / (GAS_CONSTANT * temperature)
+    layer = layer_of(geopotential)
+    temperature = LAYER_TEMPERATURE[layer] + LAYER_LAPSE[layer] * (geopotential - LAYER_HEIGHT[layer])
+    density = air_density(height)
+    pressure = density * GAS_CONSTANT * temperature
     return temperature, pressure, density, math.sqrt(HEAT_RATIO * GAS_CONSTANT * temperature)
-
-
-@compiled
-def air_density(height: float) -> float:
-    """Density [kg/m^3] at a geometric height [m]; inlined, it costs no more than the one power it needs."""
-    return atmosphere(height)[2]

@@ -34,7 +34,9 @@ class Margins:
 
 
 @compiled
-def shaft_excess(vehicle, index: int, throttle: float, speed: float, axial: float, edgewise: float, density: float) -> float:
+def shaft_excess(
+    vehicle, index: int, throttle: float, speed: float, axial: float, edgewise: float, density: float
+) -> float:
     """Motor torque less what the propeller takes [N m] at a speed [rad/s]."""
     rotor = vehicle[0].rotors[index]
     _, resisting, _ = rotor_loads(rotor, speed, axial, edgewise, density)
@@ -54,7 +56,8 @@ def speed_at(
             aircraft.vehicle, index, throttle, speed, axial, edgewise, density
         )
 
-    return math.copysign(float(brentq(excess, 1.0, 3000.0)), throttle)
+    root, _ = brentq(excess, 1.0, 3000.0, full_output=True)
+    return math.copysign(root, throttle)
 
 
 def thrust_to_weight(aircraft: Aircraft, density: float = 1.225) -> float:
@@ -68,10 +71,10 @@ def thrust_to_weight(aircraft: Aircraft, density: float = 1.225) -> float:
 
 
 def margins(aircraft: Aircraft, flight: SteadyFlight) -> Margins:
-    """Control margins at a steady flight near hover: differential thrust rolls, tail rotor and elevator pitch, ailerons yaw.
+    """Control margins at a steady flight near hover.
 
-    Roll moves the two wing thrusts apart with their sum kept, until one reaches full or no throttle; pitch and yaw move
-    their actuators to their limits. Rotors are taken at their steady speeds in the trim's inflow.
+    Roll moves the two wing thrusts apart with their sum kept, until one reaches full or no throttle; pitch moves tail
+    rotor and elevator, yaw the ailerons, to their limits. Rotors are taken at their steady speeds in the trim's inflow.
     """
     vehicle, world = aircraft.vehicle, still_air()
     outputs, rate = np.zeros(1, OUTPUTS), np.empty(STATE_COUNT)
@@ -111,9 +114,7 @@ def margins(aircraft: Aircraft, flight: SteadyFlight) -> Margins:
     )
     changes = np.sort(ends - neutral[:, None], axis=1)
     size = np.abs(changes)
-    left_over = np.where(
-        (changes[:, 0] < 0.0) & (changes[:, 1] > 0.0), 2.0 * size.min(axis=1) / size.sum(axis=1), 0.0
-    )
+    left_over = np.where((changes[:, 0] < 0.0) & (changes[:, 1] > 0.0), 2.0 * size.min(axis=1) / size.sum(axis=1), 0.0)
     return Margins(float(left_over[0]), float(left_over[1]), float(left_over[2]), changes)
 
 

@@ -34,9 +34,7 @@ class ElevatorStep:
     states: np.ndarray  # (n, 20)
 
 
-def stepped_controls(
-    aircraft: Aircraft, trim: Trim, step: float, environment: np.ndarray | None = None
-) -> np.ndarray:
+def stepped_controls(aircraft: Aircraft, trim: Trim, step: float, environment: np.ndarray | None = None) -> np.ndarray:
     """Controls (7,) of a trim with the equivalent elevator moved by `step` [rad] and the other throttles held.
 
     The tail motor gets the throttle that holds the tail speed the equivalent elevator asks for in the trimmed flow.

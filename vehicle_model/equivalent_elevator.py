@@ -15,7 +15,8 @@ __all__ = ["tail_speed"]
 def tail_speed(craft, command: float, tilt: float) -> float:
     """Tail rotor speed [rad/s] for an equivalent elevator command and a tilt [rad]; negative runs backwards.
 
-    speed |speed| = tail_gain sin^2(tilt) command: thrust goes with the square of the speed, so it is linear in the command.
+    speed |speed| = tail_gain sin^2(tilt) command: thrust goes with the square of the speed, so it is linear in the
+    command.
     """
     square = craft.tail_gain * math.sin(tilt) ** 2 * command
     return math.copysign(math.sqrt(abs(square)), square)

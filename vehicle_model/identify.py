@@ -87,13 +87,19 @@ class Figures:
 
 
 def _oscillations(model: LinearModel) -> tuple[complex, complex]:
-    """Fastest and slowest oscillation that the flight path and attitude take part in; zero imaginary if it has split."""
+    """Fastest and slowest oscillation that path and attitude take part in; no imaginary part if it has split."""
     values, right = np.linalg.eig(model.a)
-    share = np.abs(right * np.linalg.inv(right).T)[:4].sum(axis=0) / np.abs(right * np.linalg.inv(right).T).sum(axis=0)
+    part = np.abs(right * np.linalg.inv(right).T)
+    share = part[:4].sum(axis=0) / part.sum(axis=0)
     flight = values[np.argsort(-share, kind="stable")[:4]]
     flight = flight[np.argsort(-np.abs(flight), kind="stable")]
     fast, slow = flight[:2], flight[2:]
-    return (complex(fast.real.mean(), abs(fast.imag).mean()), complex(slow.real.mean(), abs(slow.imag).mean()))
+    return _pair(fast), _pair(slow)
+
+
+def _pair(values: np.ndarray) -> complex:
+    """The upper one of a complex pair, or the middle of two real values."""
+    return complex(float(np.real(values).mean()), float(np.abs(np.imag(values)).mean()))
 
 
 def _step_peaks(model: LinearModel) -> tuple[float, float]:
@@ -147,7 +153,7 @@ def _beyond(values: np.ndarray | float, low: float, high: float) -> np.ndarray:
 
 
 def misfit(found: Figures) -> np.ndarray:
-    """Weighted distances from the paper, zero where it is met; large ones are compressed so that none drowns the rest."""
+    """Weighted distances from the paper, zero where it is met; large ones are compressed lest they drown the rest."""
     poles = []
     for ours, paper in ((found.short_period, TABLE_1["short_period"]), (found.phugoid, TABLE_1["phugoid"])):
         poles += [(ours.real / paper.real - 1.0) / 0.01, (ours.imag / paper.imag - 1.0) / 0.01]

@@ -179,7 +179,7 @@ def modes(model: LinearModel) -> list[Mode]:
 
     found: list[Mode] = []
     for mode in np.argsort(-np.abs(values), kind="stable"):
-        value = values[mode]
+        value = complex(values[mode])
         if value.imag < 0.0:
             continue
         fast, slow = part(mode, "w", "q"), part(mode, "u", "theta")
@@ -192,5 +192,5 @@ def modes(model: LinearModel) -> list[Mode]:
             name = "dutch_roll"
         else:
             name = "roll" if roll > max(swing, bank) else "spiral" if abs(value) < 1.0 else "lateral"
-        found.append(Mode(name, float(value.real), float(value.imag)))
+        found.append(Mode(name, value.real, value.imag))
     return found

@@ -197,8 +197,8 @@ def vehicle_loads(state, controls, craft, air: Vector, rates: Vector, density: f
     """Aerodynamic and propulsive force [N] and moment [N m] about the centre of mass, body axes.
 
     `air` is the velocity of the centre of mass through the air, body axes [m/s]; `rates` are
-    relative to the Earth and its air [rad/s] (for the gyroscopic moment the Earth's own turn is neglected). `craft` is a VEHICLE record; fills part of
-    the OUTPUTS record `out`.
+    relative to the Earth and its air [rad/s] (for the gyroscopic moment the Earth's own turn is neglected). `craft` is
+    a VEHICLE record; fills part of the OUTPUTS record `out`.
     """
     tilt = state[TILT]
     turn = (math.cos(tilt), math.sin(tilt))
@@ -228,26 +228,25 @@ def vehicle_loads(state, controls, craft, air: Vector, rates: Vector, density: f
 
 @compiled
 def describe_parts(state, craft, out) -> None:
-    """From what `vehicle_loads` left in `out`: where each part's force acts, in body axes, and how near it is to stall."""
-    pivot = (craft.pivot[0], craft.pivot[1], craft.pivot[2])
+    """Where each part's force acts, in body axes, and how near it is to stall; `vehicle_loads` has filled `out`."""
     for i in range(craft.rotor_count):
         rotor = craft.rotors[i]
-        tilt = state[TILT] * rotor.tilts
-        force = to_body((rotor.axis[0], rotor.axis[1], rotor.axis[2]), math.cos(tilt), math.sin(tilt))
-        point = to_body((rotor.position[0], rotor.position[1], rotor.position[2]), math.cos(tilt), math.sin(tilt))
+        turn = (math.cos(state[TILT] * rotor.tilts), math.sin(state[TILT] * rotor.tilts))
+        axis = to_body((rotor.axis[0], rotor.axis[1], rotor.axis[2]), turn[0], turn[1])
+        point = to_body((rotor.position[0], rotor.position[1], rotor.position[2]), turn[0], turn[1])
         for k in range(3):
-            out.rotor_force_body[i, k] = out.thrust[i] * force[k]
-            out.rotor_point_body[i, k] = point[k] + rotor.tilts * pivot[k]
+            out.rotor_force_body[i, k] = out.thrust[i] * axis[k]
+            out.rotor_point_body[i, k] = point[k] + rotor.tilts * craft.pivot[k]
     for i in range(craft.surface_count):
         surface = craft.surfaces[i]
-        tilt = state[TILT] * surface.tilts
-        chord = to_body((surface.chord_axis[0], surface.chord_axis[1], surface.chord_axis[2]), math.cos(tilt), math.sin(tilt))
-        normal = to_body((surface.normal[0], surface.normal[1], surface.normal[2]), math.cos(tilt), math.sin(tilt))
-        point = to_body((surface.position[0], surface.position[1], surface.position[2]), math.cos(tilt), math.sin(tilt))
+        turn = (math.cos(state[TILT] * surface.tilts), math.sin(state[TILT] * surface.tilts))
+        chord = to_body((surface.chord_axis[0], surface.chord_axis[1], surface.chord_axis[2]), turn[0], turn[1])
+        normal = to_body((surface.normal[0], surface.normal[1], surface.normal[2]), turn[0], turn[1])
+        point = to_body((surface.position[0], surface.position[1], surface.position[2]), turn[0], turn[1])
         load = out.surface_load[i]
         for k in range(3):
             out.surface_force_body[i, k] = load[0] * chord[k] + load[1] * normal[k]
-            out.surface_point_body[i, k] = point[k] + surface.tilts * pivot[k] - load[2] * chord[k]
+            out.surface_point_body[i, k] = point[k] + surface.tilts * craft.pivot[k] - load[2] * chord[k]
         angle = math.atan2(load[4], load[3])
         out.surface_angle_of_attack[i] = angle
         out.stall_margin[i] = surface.max_lift_angle - abs(angle)

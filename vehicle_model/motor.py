@@ -26,15 +26,21 @@ def motor_current(rotor, throttle: float, speed: float) -> float:
     emf *= direction
     power = abs(throttle) * rotor.max_power
     current = 2.0 * power / (emf + math.sqrt(emf * emf + 4.0 * rotor.resistance * power))
-    full_voltage = (rotor.battery_voltage - emf) / rotor.resistance
-    return direction * max(min(current, rotor.max_current, full_voltage), 0.0)
+    if current * rotor.resistance + emf > rotor.battery_voltage:
+        current = (rotor.battery_voltage - emf) / rotor.resistance
+    return direction * max(min(current, rotor.max_current), 0.0)
+
+
+@compiled
+def friction_current(rotor, speed: float) -> float:
+    """Current [A] that friction takes: the no-load current, fading below 1 rad/s so that it has no jump at rest."""
+    return rotor.no_load_current * min(max(speed, -1.0), 1.0)
 
 
 @compiled
 def motor_torque(rotor, current: float, speed: float) -> float:
     """Torque on the shaft [N m]: the torque constant K = 1/Kv times the current, less no-load friction."""
-    friction = rotor.no_load_current * speed / math.sqrt(speed * speed + 1.0)
-    return (current - friction) * rotor.torque_constant
+    return (current - friction_current(rotor, speed)) * rotor.torque_constant
 
 
 @compiled
@@ -43,8 +49,7 @@ def throttle_for(rotor, speed: float, torque: float) -> float:
 
     Beyond +-1 the motor cannot hold it. Where throttle sets power, a torque that drives the motor gives 0.
     """
-    friction = rotor.no_load_current * speed / math.sqrt(speed * speed + 1.0)
-    current = torque / rotor.torque_constant + friction
+    current = torque / rotor.torque_constant + friction_current(rotor, speed)
     voltage = current * rotor.resistance + speed * rotor.torque_constant
     if rotor.throttle_sets_power == 0:
         return voltage / rotor.battery_voltage

@@ -9,7 +9,10 @@ have the same directions.
 
 import numpy as np
 
-__all__ = ["CONTACT", "ENVIRONMENT", "MAX_CONTACTS", "MAX_ROTORS", "MAX_SURFACES", "OUTPUTS", "ROTOR", "SERVO", "SURFACE", "VEHICLE"]
+__all__ = [
+    "CONTACT", "ENVIRONMENT", "MAX_CONTACTS", "MAX_ROTORS", "MAX_SURFACES", "OUTPUTS", "ROTOR", "SERVO", "SURFACE",
+    "VEHICLE",
+]  # fmt: skip
 
 MAX_ROTORS = 3  # left, right, tail: as many as the state has rotor speeds
 MAX_SURFACES = 16
@@ -92,7 +95,7 @@ SERVO = np.dtype(
 VEHICLE = np.dtype(
     [
         ("mass", _f),  # [kg]
-        ("inertia", _f, (3, 3)),  # about the centre of mass, body axes, fixed (the paper's "constant mass distribution") [kg m^2]
+        ("inertia", _f, (3, 3)),  # about the centre of mass, body axes; fixed, as in the paper [kg m^2]
         ("inertia_inverse", _f, (3, 3)),
         ("pivot", _f, (3,)),  # wing pivot, body axes [m]
         ("downwash_area", _f),  # area of the stream tube the wing deflects, pi span^2/4 [m^2]
@@ -155,8 +158,9 @@ OUTPUTS = np.dtype(
         ("current", _f, (MAX_ROTORS,)),  # motor current [A]
         ("fuselage_force_body", _f, (3,)),  # [N]
         ("contact_force_body", _f, (MAX_CONTACTS, 3)),  # [N]
-        ("surface_load", _f, (MAX_SURFACES, 5)),  # force along chord and normal [N], how far behind the quarter point it
-        # acts [m], velocity of the strip through the air along chord and normal [m/s]
+        # Force along chord and normal [N], how far behind the quarter point it acts [m], velocity of the strip through
+        # the air along chord and normal [m/s].
+        ("surface_load", _f, (MAX_SURFACES, 5)),
         # What follows only `observe` fills in.
         ("rotor_point_body", _f, (MAX_ROTORS, 3)),  # where the thrust acts [m]
         ("rotor_force_body", _f, (MAX_ROTORS, 3)),  # [N]

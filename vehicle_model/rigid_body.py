@@ -93,9 +93,10 @@ def rigid_body_derivative(
     gx, gy, gz = ned_to_body(q0, q1, q2, q3, gn, ge, gd)
     pe, qe, re = rates_relative_to_earth(state, environment)
     tx, ty, tz = cross((pe, qe, re), (u, v, w))
-    rate[VELOCITY] = fx / vehicle.mass + gx - tx
-    rate[VELOCITY + 1] = fy / vehicle.mass + gy - ty
-    rate[VELOCITY + 2] = fz / vehicle.mass + gz - tz
+    mobility = 1.0 / vehicle.mass
+    rate[VELOCITY] = fx * mobility + gx - tx
+    rate[VELOCITY + 1] = fy * mobility + gy - ty
+    rate[VELOCITY + 2] = fz * mobility + gz - tz
 
     d0, d1, d2, d3 = quaternion_rate(q0, q1, q2, q3, pe, qe, re)
     rate[QUATERNION], rate[QUATERNION + 1], rate[QUATERNION + 2], rate[QUATERNION + 3] = d0, d1, d2, d3

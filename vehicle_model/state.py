@@ -31,7 +31,9 @@ STATE_NAMES = (
 
 # Controls: throttle of the three motors (-1..1), then the commanded angles of the four servos [rad].
 CONTROL_COUNT = 7
-CONTROL_NAMES = ("throttle_left", "throttle_right", "throttle_tail", "tilt", "aileron_left", "aileron_right", "elevator")
+CONTROL_NAMES = (
+    "throttle_left", "throttle_right", "throttle_tail", "tilt", "aileron_left", "aileron_right", "elevator",
+)  # fmt: skip
 
 
 def blank_state() -> np.ndarray:

@@ -17,7 +17,16 @@ from vehicle_model.integrate import observe
 from vehicle_model.records import OUTPUTS
 from vehicle_model.rotation import ned_to_body, quaternion_from_euler
 from vehicle_model.state import (
-    AILERON_LEFT, AILERON_RIGHT, CONTROL_COUNT, ELEVATOR, QUATERNION, RATES, ROTOR_SPEED, STATE_COUNT, TILT, VELOCITY,
+    AILERON_LEFT,
+    AILERON_RIGHT,
+    CONTROL_COUNT,
+    ELEVATOR,
+    QUATERNION,
+    RATES,
+    ROTOR_SPEED,
+    STATE_COUNT,
+    TILT,
+    VELOCITY,
 )  # fmt: skip
 from vehicle_model.trim import TrimError, balance_motors, motor_shortfall, still_air
 
@@ -132,7 +141,7 @@ def trim_steady(
     bank = math.atan(airspeed * turn_rate / 9.80665)
     best_x, best = problem.lower, math.inf
     tilts = sorted((4.0, 12.0, 30.0, 55.0, 80.0, 100.0, likely), key=lambda each: abs(each - likely))
-    # The tail rotor's speed goes with the root of the elevator command: no search gets across zero, so start on both sides.
+    # The tail rotor's speed goes with the root of the elevator command: no search crosses zero, so start on both sides.
     for degrees, command in itertools.product(tilts, (-0.02, 0.02)):
         speed = 470.0 + 160.0 * math.sin(math.radians(degrees)) ** 2
         guess = np.array([speed, speed, math.radians(degrees), 0.0, command, bank, pitch or 0.0])

@@ -43,7 +43,7 @@ def max_lift_angle(surface) -> float:
     best = 0.0
     best_lift = 0.0
     step = math.radians(0.5)
-    for refinement in range(3):
+    for _ in range(3):  # ever finer steps around the best so far
         start = max(best - 50.0 * step, 0.0)
         for i in range(101):
             angle = start + i * step

@@ -204,6 +204,8 @@ def trim_level(
     Unknowns are rotor speed, tilt and equivalent elevator, eqs (17)-(20). `near` is a neighbouring trim to start
     from. Raises TrimError when no combination within the limits of servos and motors balances weight, drag and moment.
     """
+    if not math.isfinite(airspeed):
+        raise TrimError(f"no level trim at {airspeed:g} m/s: expected a finite airspeed")
     problem = LevelProblem(aircraft, airspeed, still_air() if environment is None else environment)
     starts = [
         np.array([rpm * math.pi / 30.0, math.radians(tilt), math.radians(elevator)]) for rpm, tilt, elevator in GUESSES

@@ -4,6 +4,7 @@ import math
 import re
 from pathlib import Path
 
+import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -70,6 +71,24 @@ def test_what_goes_out_as_a_pulse_or_normalised_comes_back(share: float, control
     value = channel.minimum + share * full
     assert channel.from_normalised(channel.to_normalised(value)) == pytest.approx(value, abs=1e-12)
     assert channel.from_pwm(channel.to_pwm(value)) == pytest.approx(value, abs=0.51 * full / 1000)
+
+
+def test_the_outputs_for_some_controls_give_these_controls_back_and_leave_unused_numbers_at_zero() -> None:
+    aircraft = load_aircraft()
+    controls = [
+        channel.minimum + (0.3 + 0.07 * channel.index) * (channel.maximum - channel.minimum)
+        for channel in sorted(aircraft.channels, key=lambda channel: channel.index)
+    ]
+    outputs = aircraft.normalised_outputs(controls)
+    for channel in aircraft.channels:
+        assert channel.from_normalised(outputs[channel.number - 1]) == pytest.approx(controls[channel.index], abs=1e-15)
+
+    moved = msgspec.structs.replace(aircraft.servo_outputs[-1], channel=12)
+    renumbered = msgspec.structs.replace(aircraft, servo_outputs=(*aircraft.servo_outputs[:-1], moved))
+    away = aircraft.servo_outputs[-1].channel - 1
+    expected = outputs + [0.0] * (12 - len(outputs))
+    expected[away], expected[11] = 0.0, outputs[away]
+    assert renumbered.normalised_outputs(controls) == expected
 
 
 def test_the_documented_channel_map_is_that_of_the_shipped_aircraft() -> None:

@@ -31,7 +31,7 @@ def test_time_and_arrays_are_as_asked_for() -> None:
     assert len(PAPERS.time) == len(PAPERS.u) == len(PAPERS.states) == 20001
     coarse = elevator_step(AIRCRAFT, 30.0, math.radians(1.0), duration=2.0, every=10)
     assert coarse.time[1] == pytest.approx(0.025)
-    assert coarse.states.tobytes() == PAPERS.states[: 801 : 10].tobytes()
+    assert coarse.states.tobytes() == PAPERS.states[:801:10].tobytes()
 
 
 def test_history_is_the_flight_with_the_controls_stepped_at_that_moment() -> None:

@@ -1,4 +1,4 @@
-"""The landing gear: a vehicle stands, slides, lands and tips as Coulomb and a spring would have it, and is never held."""
+"""The landing gear: a vehicle stands, slides, lands and tips as Coulomb and a spring would have it, never held down."""
 
 import math
 from collections.abc import Callable

@@ -250,8 +250,11 @@ def test_roll_damping_is_that_of_strip_theory() -> None:
     p, airspeed = 1e-4, 25.0
     tilt = -AIRCRAFT.wing.incidence  # chord along the flow
     moment = observed(flying((airspeed, 0.0, 0.0), tilt, rates=(p, 0.0, 0.0)), vehicle=vehicle)[0]["moment_body"]
-    expected = -0.5 * DENSITY * airspeed * float(
-        (surfaces["area"] * surfaces["lift_slope"] * surfaces["position"][:, 1] ** 2).sum()
+    expected = (
+        -0.5
+        * DENSITY
+        * airspeed
+        * float((surfaces["area"] * surfaces["lift_slope"] * surfaces["position"][:, 1] ** 2).sum())
     )
     assert moment[0] / p == pytest.approx(expected, rel=1e-3)
 

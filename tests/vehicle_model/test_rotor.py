@@ -57,9 +57,7 @@ def test_thrust_coefficient_is_within_0_003_of_wind_tunnel_data() -> None:
     for rpm, points in ((6528.0, STATIC_6528), (6512.0, RPM_6512), (6020.0, RPM_6020)):
         turns = rpm / 60.0
         for advance_ratio, measured in points:
-            thrust, _, _ = rotor_loads(
-                APC_10X47, 2.0 * math.pi * turns, -advance_ratio * turns * 0.254, 0.0, DENSITY
-            )
+            thrust, _, _ = rotor_loads(APC_10X47, 2.0 * math.pi * turns, -advance_ratio * turns * 0.254, 0.0, DENSITY)
             worst = max(worst, abs(thrust / (DENSITY * turns**2 * 0.254**4) - measured))
     assert worst < 0.003
 
@@ -159,12 +157,10 @@ def test_induced_velocity_is_the_only_root_of_momentum_against_blade_element(
 @pytest.mark.parametrize("edgewise", [0.0, 1.0, 5.0, 15.0, 40.0])
 def test_thrust_and_torque_have_no_jump_from_fast_climb_to_fast_descent(edgewise: float) -> None:
     step = 0.005
-    loads = np.array(
-        [rotor_loads(APC_10X47, SPEED, each, edgewise, DENSITY) for each in np.arange(-40.0, 40.0, step)]
-    )
+    loads = np.array([rotor_loads(APC_10X47, SPEED, each, edgewise, DENSITY) for each in np.arange(-40.0, 40.0, step)])
     static_torque = rotor_loads(APC_10X47, SPEED, 0.0, 0.0, DENSITY)[1]
     assert np.isfinite(loads).all()
-    # Blade-element thrust alone changes by this much with the axial velocity; the induced velocity may add as much again.
+    # Blade-element thrust alone changes by this much with the axial velocity; the induced velocity may add as much.
     steepest = 0.25 * SPEED * 0.127**2 * DENSITY * 0.2260
     assert np.abs(np.diff(loads[:, 0])).max() < 2.5 * steepest * step
     assert np.abs(np.diff(loads[:, 1])).max() < 0.03 * static_torque
@@ -236,7 +232,9 @@ def test_slipstream_has_momentum_theorys_speed_at_the_disk_and_far_behind(
 
 
 @given(speed, climb, st.floats(0.1, 5.0))
-def test_faster_climb_takes_thrust_and_far_wake_tends_to_the_free_stream(speed: float, axial: float, more: float) -> None:
+def test_climb_takes_thrust_away_until_there_is_neither_thrust_nor_wake(
+    speed: float, axial: float, more: float
+) -> None:
     here, _, induced = rotor_loads(APC_10X47, speed, axial, 0.0, DENSITY)
     faster, _, _ = rotor_loads(APC_10X47, speed, axial - more, 0.0, DENSITY)
     assert faster < here

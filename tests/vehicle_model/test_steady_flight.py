@@ -1,6 +1,7 @@
 """General trim in six degrees of freedom: any direction through the air, climbs, turns, and the margin to stall."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -32,7 +33,7 @@ def velocity_ned(flight: SteadyFlight) -> np.ndarray:
     return np.array(body_to_ned(*state[QUATERNION : QUATERNION + 4], *state[VELOCITY : VELOCITY + 3]))
 
 
-CONDITIONS = {
+CONDITIONS: dict[str, dict[str, Any]] = {
     "hover": {"airspeed": 0.0},
     "forward": {"airspeed": 12.0},
     "cruise": {"airspeed": 30.0},

@@ -84,7 +84,7 @@ def test_trim_curves_do_not_jump() -> None:
 
 
 def test_hover_tilt_follows_from_thrust_and_the_lift_in_the_slipstream() -> None:
-    # With the fuselage level the thrust's forward part holds the wing's backward lift: in hover T cos xi = L sin xi + D cos xi.
+    # With the fuselage level the thrust's forward part holds the wing's backward lift: T cos xi = L sin xi + D cos xi.
     trim = SWEEP[0]
     forward = float(trim.outputs["rotor_force_body"][:2, 0].sum())
     backward = float(trim.outputs["surface_force_body"][:, 0].sum())
@@ -146,3 +146,6 @@ def test_it_says_clearly_that_nothing_balances() -> None:
         trim_level(AIRCRAFT, 150.0)
     with pytest.raises(TrimError, match=r"no level trim at 200 m/s: "):
         trim_sweep(AIRCRAFT, [20.0, 200.0])
+    for bad in (math.nan, math.inf):
+        with pytest.raises(TrimError, match="expected a finite airspeed"):
+            trim_level(AIRCRAFT, bad)

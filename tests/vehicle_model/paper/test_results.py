@@ -20,7 +20,7 @@ def test_a_damped_oscillation_is_found_in_signals_that_share_it() -> None:
     time = np.linspace(5.0, 50.0, 2000)
     eigenvalue = complex(-0.07, 0.52)
     wave = np.exp(eigenvalue * (time - 5.0))
-    signals = np.column_stack([2.0 + 0.3 * wave.real, -0.01 + 0.04 * wave.imag])
+    signals = np.column_stack([2.0 + 0.3 * np.real(wave), -0.01 + 0.04 * np.imag(wave)])
     found, amplitudes = fit_oscillation(time, signals, Mode("phugoid", -0.05, 0.45))
     assert found == pytest.approx(eigenvalue, rel=1e-6)
     assert amplitudes == pytest.approx([0.3, 0.04], rel=1e-6)
@@ -47,9 +47,10 @@ def test_hover_tilt_balances_thrust_drag_and_slipstream_lift(results: Results) -
     assert results.hover.tilt_with_drag == pytest.approx(results.trims[0].tilt, abs=math.radians(0.05))
     assert results.hover.lift > 0.0
     assert results.hover.drag > 0.0
-    along = (results.hover.thrust - results.hover.drag) * math.sin(results.trims[0].tilt)
+    tilt = results.trims[0].tilt
     tail = float(results.trims[0].outputs["thrust"][2])
-    assert along + results.hover.lift * math.cos(results.trims[0].tilt) + tail == pytest.approx(results.weight, rel=1e-6)
+    upward = (results.hover.thrust - results.hover.drag) * math.sin(tilt) + results.hover.lift * math.cos(tilt) + tail
+    assert upward == pytest.approx(results.weight, rel=1e-6)
 
 
 def test_power_held_takes_thrust_away_as_thrust_over_speed_and_thrust_held_not_at_all(results: Results) -> None:
