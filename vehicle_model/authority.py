@@ -74,7 +74,7 @@ def margins(aircraft: Aircraft, flight: SteadyFlight) -> Margins:
     """Control margins at a steady flight near hover.
 
     Roll moves the two wing thrusts apart with their sum kept, until one reaches full or no throttle; pitch moves tail
-    rotor and elevator, yaw the ailerons, to their limits. Rotors are taken at their steady speeds in the trim's inflow.
+    rotor and elevator, yaw the ailerons, to their limits. Rotors at full throttle are taken at their static speeds.
     """
     vehicle, world = aircraft.vehicle, still_air()
     outputs, rate = np.zeros(1, OUTPUTS), np.empty(STATE_COUNT)

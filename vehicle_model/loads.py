@@ -145,8 +145,8 @@ def downwash_angle(force: Vector, air: Vector, area: float, density: float) -> f
     """Angle [rad] by which the wing and its rotors turn the air the tail meets, nose-down positive.
 
     Momentum theory of a wing with stream tube `area` [m^2]: far behind, L/(rho area V'^2), with L the `force` across
-    the free stream in the plane of symmetry and V'^2 = V^2 + |F|/(rho area), which lets it vanish in hover, where
-    the wake leaves downwards and passes the tail by.
+    the free stream in the plane of symmetry and V'^2 = V^2 + |F|/(rho area), which lets the downwash velocity, this
+    angle times V, vanish in hover, where the wake leaves downwards and passes the tail by.
     """
     if area <= 0.0:
         return 0.0

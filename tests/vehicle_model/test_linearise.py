@@ -164,7 +164,7 @@ def synthetic() -> LinearModel:
     blocks = [pair(TABLE_1["short_period"]), pair(TABLE_1["phugoid"]), pair(-1.2 + 6.0j), [[-9.0]], [[0.03]]]
     names = ("w", "q", "u", "theta", "v", "r", "p", "phi")
     mix = np.eye(8) + 0.02 * np.random.default_rng(2).standard_normal((8, 8))
-    a = mix @ block_diag(*blocks) @ np.linalg.inv(mix)
+    a = mix @ np.asarray(block_diag(*blocks)) @ np.linalg.inv(mix)
     order = [names.index(name) for name in ("u", "v", "w", "p", "q", "r", "phi", "theta")]
     return LinearModel(("u", "v", "w", "p", "q", "r", "phi", "theta"), a[np.ix_(order, order)], np.zeros(8), "rpm")
 

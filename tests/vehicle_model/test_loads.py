@@ -34,7 +34,7 @@ DENSITY = 1.225
 PAPER = AIRCRAFT.with_values(
     {"wing.slipstream": "paper", "wing.lift_slope": 0.1 * 180.0 / math.pi, "wing.incidence": math.radians(2.0)}
 )
-WETTED = [i for i, name in enumerate(PAPER.surface_names) if int(PAPER.vehicle[0]["surfaces"][i]["rotor"]) >= 0]
+WETTED = [i for i in range(len(PAPER.surface_names)) if int(PAPER.vehicle[0]["surfaces"][i]["rotor"]) >= 0]
 
 
 def observed(

@@ -1,6 +1,7 @@
 """The propeller against measured thrust, closed forms, momentum theory and other authors' equations."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -40,6 +41,10 @@ climb = st.floats(-40.0, 0.0)
 axial = st.floats(-40.0, 40.0)
 edgewise = st.floats(0.0, 40.0)
 speed = st.floats(50.0, 1200.0)
+
+
+def root(function: Callable[[float], float], low: float, high: float) -> float:
+    return float(brentq(function, low, high, xtol=1e-14))  # pyright: ignore[reportArgumentType]
 
 
 def blade_velocity(axial: float, speed: float) -> float:
@@ -103,7 +108,7 @@ def test_agrees_with_the_fixed_point_of_heffley_and_mnich(axial: float, edgewise
 
 def hovering_at(sink: float) -> float:
     """Induced velocity of a disk that carries a fixed thrust while it sinks; both in hover induced velocities."""
-    return brentq(lambda v: v * disk_flow(sink, v)[0] - 1.0, 0.01, 5.0, xtol=1e-14)
+    return root(lambda v: v * disk_flow(sink, v)[0] - 1.0, 0.01, 5.0)
 
 
 def test_vortex_ring_follows_leishmans_curve() -> None:
@@ -116,8 +121,8 @@ def test_vortex_ring_follows_leishmans_curve() -> None:
         assert hovering_at(sink) == pytest.approx(leishman(sink), rel=0.07)
     # Then the induced velocity drops so fast that the sink rate at which it has a value is what can be compared.
     for induced in np.linspace(1.1, 1.7, 13):
-        theirs = brentq(lambda sink, induced=induced: leishman(sink) - induced, 1.5, 2.0)
-        ours = brentq(lambda sink, induced=induced: hovering_at(sink) - induced, 1.5, 2.0)
+        theirs = root(lambda sink, induced=induced: leishman(sink) - induced, 1.5, 2.0)
+        ours = root(lambda sink, induced=induced: hovering_at(sink) - induced, 1.5, 2.0)
         assert ours == pytest.approx(theirs, abs=0.17)
 
 
@@ -221,7 +226,7 @@ def test_slipstream_has_momentum_theorys_speed_at_the_disk_and_far_behind(
     airspeed: float, thrust: float, far_wake: float, disk: float
 ) -> None:
     rotor = propeller(0.2, 0.6, 0.18)
-    speed = brentq(lambda each: rotor_loads(rotor, each, -airspeed, 0.0, DENSITY)[0] - thrust, 50.0, 2000.0)
+    speed = root(lambda each: rotor_loads(rotor, each, -airspeed, 0.0, DENSITY)[0] - thrust, 50.0, 2000.0)
     _, _, v_i = rotor_loads(rotor, speed, -airspeed, 0.0, DENSITY)
     assert airspeed + v_i == pytest.approx(disk, abs=0.006)
     assert airspeed + 2.0 * v_i == pytest.approx(far_wake, abs=0.006)

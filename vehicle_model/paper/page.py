@@ -198,7 +198,7 @@ is included. The others are given for the same trim.
 
 {hold_table(results)}
 
-X_u is the loss of forward acceleration per forward speed, drag and thrust together. With RPM held, thrust falls
+X_u is the change of forward acceleration with forward speed, drag and thrust together. With RPM held, thrust falls
 steeply as the propeller advances, so X_u is {stability["rpm"]:.3f} 1/s against {stability["throttle"]:.3f} and the
 phugoid is damped more.{beside}
 """
