@@ -115,6 +115,13 @@ class Ground:
         self.clients.append(client)
         return client
 
+    def acknowledged(self, client: "Client", command: int, *params: float) -> Any:
+        """Send a command and return its COMMAND_ACK."""
+        count = len(client.of("COMMAND_ACK"))
+        client.command(command, *params)
+        self.until(lambda: len(client.of("COMMAND_ACK")) > count)
+        return client.of("COMMAND_ACK")[-1]
+
     def until(self, condition: Callable[[], object]) -> None:
         """Let the face receive until the condition holds; simulated and its wall time stand still."""
         end = time.monotonic() + DEADLINE

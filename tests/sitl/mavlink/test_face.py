@@ -24,14 +24,6 @@ SET, GET, REQUEST = mav.MAV_CMD_SET_MESSAGE_INTERVAL, mav.MAV_CMD_GET_MESSAGE_IN
 IDS = {message.msgname: message_id for message_id, message in mav.mavlink_map.items()}
 
 
-def acknowledged(ground: Any, client: Any, command: int, *params: float) -> Any:
-    """The COMMAND_ACK of a command."""
-    count = len(client.of("COMMAND_ACK"))
-    client.command(command, *params)
-    ground.until(lambda: len(client.of("COMMAND_ACK")) > count)
-    return client.of("COMMAND_ACK")[-1]
-
-
 @pytest.mark.parametrize("streams", ["normal", "onboard"])
 def test_default_streams_have_px4s_rates(ground: Make, streams: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sitl.mavlink.links.ONBOARD_PORTS", range(1 << 16) if streams == "onboard" else ())
@@ -50,7 +42,7 @@ def test_an_interval_is_exact_in_simulated_time(ground: Make, rate: int) -> None
     made = ground()
     client = made.heard(made.client())
     made.face.publish(made.at(0.0), made.wall)
-    assert acknowledged(made, client, SET, IDS["HIL_GPS"], round(1e6 / rate)).result == mav.MAV_RESULT_ACCEPTED
+    assert made.acknowledged(client, SET, IDS["HIL_GPS"], round(1e6 / rate)).result == mav.MAV_RESULT_ACCEPTED
     client.received.clear()
     made.fly(4.0)
     made.until(lambda: client.of("HIL_GPS") and client.of("HIL_GPS")[-1].time_usec >= 4e6 - 1e6 / rate)
@@ -69,20 +61,20 @@ def test_a_stream_is_stopped_and_given_its_default_again(ground: Make) -> None:
     client = made.heard(made.client())
 
     def interval() -> int:
-        acknowledged(made, client, GET, IDS["ATTITUDE"])
+        made.acknowledged(client, GET, IDS["ATTITUDE"])
         made.until(lambda: client.of("MESSAGE_INTERVAL"))
         message = client.received.pop(client.received.index(client.of("MESSAGE_INTERVAL")[0]))
         assert message.message_id == IDS["ATTITUDE"]
         return message.interval_us
 
     assert interval() == 20000
-    acknowledged(made, client, SET, IDS["ATTITUDE"], -1)
+    made.acknowledged(client, SET, IDS["ATTITUDE"], -1)
     assert interval() == -1
     made.fly(1.0)
     assert client.of("ATTITUDE") == []
-    acknowledged(made, client, SET, IDS["ATTITUDE"], 0)
+    made.acknowledged(client, SET, IDS["ATTITUDE"], 0)
     assert interval() == 20000
-    acknowledged(made, client, SET, IDS["ATTITUDE"], 10)
+    made.acknowledged(client, SET, IDS["ATTITUDE"], 10)
     assert interval() == 2500  # 400 Hz is the most there is
 
 
@@ -90,7 +82,7 @@ def test_the_interval_of_a_message_we_do_not_send_is_not_available(ground: Make)
     made = ground()
     client = made.heard(made.client())
     assert (
-        acknowledged(made, client, REQUEST, IDS["MESSAGE_INTERVAL"], IDS["VIBRATION"]).result == mav.MAV_RESULT_ACCEPTED
+        made.acknowledged(client, REQUEST, IDS["MESSAGE_INTERVAL"], IDS["VIBRATION"]).result == mav.MAV_RESULT_ACCEPTED
     )
     made.until(lambda: client.of("MESSAGE_INTERVAL"))
     assert client.of("MESSAGE_INTERVAL")[0].interval_us == 0
@@ -99,8 +91,8 @@ def test_the_interval_of_a_message_we_do_not_send_is_not_available(ground: Make)
 def test_nobody_can_change_the_heartbeat(ground: Make) -> None:
     made = ground()
     client = made.heard(made.client())
-    assert acknowledged(made, client, SET, IDS["HEARTBEAT"], 2500).result == mav.MAV_RESULT_DENIED
-    acknowledged(made, client, GET, IDS["HEARTBEAT"])
+    assert made.acknowledged(client, SET, IDS["HEARTBEAT"], 2500).result == mav.MAV_RESULT_DENIED
+    made.acknowledged(client, GET, IDS["HEARTBEAT"])
     made.until(lambda: client.of("MESSAGE_INTERVAL"))
     assert client.of("MESSAGE_INTERVAL")[0].interval_us == 1_000_000
 
@@ -109,21 +101,21 @@ def test_nobody_can_change_the_heartbeat(ground: Make) -> None:
 def test_every_streamed_message_comes_on_request(ground: Make, name: str) -> None:
     made = ground()
     client = made.heard(made.client())
-    assert acknowledged(made, client, REQUEST, IDS[name]).result == mav.MAV_RESULT_TEMPORARILY_REJECTED
+    assert made.acknowledged(client, REQUEST, IDS[name]).result == mav.MAV_RESULT_TEMPORARILY_REJECTED
     made.face.publish(made.at(1.0), made.wall)
     client.poll()
     client.received.clear()
-    assert acknowledged(made, client, REQUEST, IDS[name]).result == mav.MAV_RESULT_ACCEPTED
+    assert made.acknowledged(client, REQUEST, IDS[name]).result == mav.MAV_RESULT_ACCEPTED
     made.until(lambda: client.of(name))
 
 
 def test_versions_come_on_request_by_new_and_old_commands(ground: Make) -> None:
     made = ground()
     client = made.heard(made.client())
-    acknowledged(made, client, REQUEST, IDS["AUTOPILOT_VERSION"])
-    acknowledged(made, client, mav.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES, 1)
-    acknowledged(made, client, REQUEST, IDS["PROTOCOL_VERSION"])
-    acknowledged(made, client, mav.MAV_CMD_REQUEST_PROTOCOL_VERSION, 1)
+    made.acknowledged(client, REQUEST, IDS["AUTOPILOT_VERSION"])
+    made.acknowledged(client, mav.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES, 1)
+    made.acknowledged(client, REQUEST, IDS["PROTOCOL_VERSION"])
+    made.acknowledged(client, mav.MAV_CMD_REQUEST_PROTOCOL_VERSION, 1)
     made.until(lambda: len(client.of("AUTOPILOT_VERSION")) == len(client.of("PROTOCOL_VERSION")) == 2)
     version = client.of("AUTOPILOT_VERSION")[0]
     assert version.capabilities & mav.MAV_PROTOCOL_CAPABILITY_MAVLINK2
@@ -143,7 +135,7 @@ def test_every_unknown_command_is_unsupported_at_once_whatever_its_parameters(gr
         if command > 0xFFFF:
             continue
         for value in (math.nan, math.inf, -1.0):
-            ack = acknowledged(made, client, command, *[value] * 7)
+            ack = made.acknowledged(client, command, *[value] * 7)
             assert (ack.command, ack.target_system, ack.target_component) == (command, 255, 190)
             if command not in served:
                 assert ack.result == mav.MAV_RESULT_UNSUPPORTED
@@ -164,14 +156,14 @@ def test_only_commands_for_us_are_answered(ground: Make, target: tuple[int, int]
     made = ground()
     client = made.heard(made.client())
     client.command(REQUEST, IDS["PROTOCOL_VERSION"], target=target)
-    acknowledged(made, client, 9999)  # answered after the one before would have been
+    made.acknowledged(client, 9999)  # answered after the one before would have been
     assert [ack.command for ack in client.of("COMMAND_ACK")] == ([REQUEST, 9999] if is_ours else [9999])
 
 
 def test_answers_go_to_the_asker_alone(ground: Make) -> None:
     made = ground()
     asker, other = made.heard(made.client(system=245, component=190)), made.heard(made.client(system=250))
-    ack = acknowledged(made, asker, 9999)
+    ack = made.acknowledged(asker, 9999)
     assert (ack.target_system, ack.target_component) == (245, 190)
     made.face.statustext(6, "to everybody")
     made.until(lambda: other.of("STATUSTEXT"))
@@ -217,7 +209,7 @@ def test_long_texts_arrive_in_numbered_pieces(ground: Make) -> None:
 def test_above_real_time_defaults_keep_their_rate_per_wall_second_and_requests_are_exact(ground: Make) -> None:
     made = ground(speed=math.inf)
     client = made.heard(made.client())
-    acknowledged(made, client, SET, IDS["HIL_GPS"], 100_000)
+    made.acknowledged(client, SET, IDS["HIL_GPS"], 100_000)
     made.fly(10.0, speed=10.0)  # one wall second
     client.received.clear()
     begun = made.face.next_due()
@@ -250,69 +242,6 @@ def test_the_heartbeat_goes_on_while_simulated_time_stands_still(ground: Make) -
     made.until(lambda: len(client.of("HEARTBEAT")) >= 5)
     assert len(client.of("HEARTBEAT")) == 5
     assert len(client.of("ATTITUDE")) == 1
-
-
-def test_our_own_words_come_back_and_claim_nothing(ground: Make) -> None:
-    made = ground()
-    echo = made.client(system=1, component=1)
-    before = made.rx
-    echo.send(mav.MAVLink_servo_output_raw_message(0, 0, *[1500] * 8))
-    made.until(lambda: made.rx > before)
-    assert made.face.servo_input.source is None
-
-
-@pytest.mark.parametrize("kind", ["SERVO_OUTPUT_RAW", "HIL_ACTUATOR_CONTROLS", "HIL_CONTROLS"])
-def test_servo_outputs_over_the_wire_reach_the_controls(ground: Make, kind: str) -> None:
-    made = ground()
-    client = made.client()
-    client.send(
-        {
-            "SERVO_OUTPUT_RAW": mav.MAVLink_servo_output_raw_message(0, 0, 1500, 1500, *[0] * 6),
-            "HIL_ACTUATOR_CONTROLS": mav.MAVLink_hil_actuator_controls_message(0, [0.5, 0.5] + [0.0] * 14, 129, 0),
-            "HIL_CONTROLS": mav.MAVLink_hil_controls_message(0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 129, 0),
-        }[kind]
-    )
-    made.until(lambda: made.face.servo_input.source)
-    assert made.face.servo_input.source[:2] == (255, 190)
-    assert made.face.servo_input.controls[:2].tolist() == pytest.approx([0.5, 0.5])
-    made.until(lambda: client.of("STATUSTEXT"))
-    assert client.of("STATUSTEXT")[0].text.startswith("Servos taken by system 255 component 190")
-
-
-def test_servos_are_released_by_command_of_the_holder_only(ground: Make) -> None:
-    made = ground()
-    holder, other = made.heard(made.client()), made.heard(made.client(system=250))
-    holder.send(mav.MAVLink_hil_actuator_controls_message(0, [0.5] * 16, 129, 0))
-    made.until(lambda: made.face.servo_input.source)
-    assert acknowledged(made, other, RELEASE_SERVOS).result == mav.MAV_RESULT_DENIED
-    assert acknowledged(made, holder, RELEASE_SERVOS).result == mav.MAV_RESULT_ACCEPTED
-    assert made.face.servo_input.source is None
-
-
-def test_lockstep_answers_each_tick_once_with_state_and_sensors_of_one_time(ground: Make) -> None:
-    made = ground(lockstep=True)
-    client = made.client()
-    now_us = 0
-    for number in range(50):
-        for repeated in (False, True) if number % 7 == 0 else (False,):
-            client.received.clear()
-            client.send(mav.MAVLink_hil_actuator_controls_message(2500 * number, [0.1] * 16, 129, 1))
-            ticks: list[bool] = []
-
-            def tick_or_repeat(seen: list[bool] = ticks) -> list[bool]:
-                if made.face.servo_input.take_tick():
-                    seen.append(True)
-                elif made.face.servo_input.take_repeat():
-                    seen.append(False)
-                return seen
-
-            made.until(tick_or_repeat)
-            assert ticks == [not repeated]
-            now_us += 2500 * ticks[0]
-            made.face.answer(made.at(now_us * 1e-6), made.wall)
-            made.until(lambda: client.of("HIL_SENSOR"))
-            assert [message.time_usec for message in client.of("HIL_STATE_QUATERNION")] == [2500 * (number + 1)]
-            assert [message.time_usec for message in client.of("HIL_SENSOR")] == [2500 * (number + 1)]
 
 
 @pytest.fixture

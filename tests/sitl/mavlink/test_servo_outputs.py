@@ -1,0 +1,74 @@
+"""Servo outputs of an outside controller over real UDP: claimed, released, and driving time in lockstep."""
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from sitl.mavlink.dialect import tiltwing as mav
+from sitl.mavlink.face import RELEASE_SERVOS
+
+Make = Callable[..., Any]
+
+
+def test_our_own_words_come_back_and_claim_nothing(ground: Make) -> None:
+    made = ground()
+    echo = made.client(system=1, component=1)
+    before = made.rx
+    echo.send(mav.MAVLink_servo_output_raw_message(0, 0, *[1500] * 8))
+    made.until(lambda: made.rx > before)
+    assert made.face.servo_input.source is None
+
+
+@pytest.mark.parametrize("kind", ["SERVO_OUTPUT_RAW", "HIL_ACTUATOR_CONTROLS", "HIL_CONTROLS"])
+def test_servo_outputs_over_the_wire_reach_the_controls(ground: Make, kind: str) -> None:
+    made = ground()
+    client = made.client()
+    client.send(
+        {
+            "SERVO_OUTPUT_RAW": mav.MAVLink_servo_output_raw_message(0, 0, 1500, 1500, *[0] * 6),
+            "HIL_ACTUATOR_CONTROLS": mav.MAVLink_hil_actuator_controls_message(0, [0.5, 0.5] + [0.0] * 14, 129, 0),
+            "HIL_CONTROLS": mav.MAVLink_hil_controls_message(0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 129, 0),
+        }[kind]
+    )
+    made.until(lambda: made.face.servo_input.source)
+    assert made.face.servo_input.source[:2] == (255, 190)
+    assert made.face.servo_input.controls[:2].tolist() == pytest.approx([0.5, 0.5])
+    made.until(lambda: client.of("STATUSTEXT"))
+    assert client.of("STATUSTEXT")[0].text.startswith("Servos taken by system 255 component 190")
+
+
+def test_servos_are_released_by_command_of_the_holder_only(ground: Make) -> None:
+    made = ground()
+    holder, other = made.heard(made.client()), made.heard(made.client(system=250))
+    holder.send(mav.MAVLink_hil_actuator_controls_message(0, [0.5] * 16, 129, 0))
+    made.until(lambda: made.face.servo_input.source)
+    assert made.acknowledged(other, RELEASE_SERVOS).result == mav.MAV_RESULT_DENIED
+    assert made.acknowledged(holder, RELEASE_SERVOS).result == mav.MAV_RESULT_ACCEPTED
+    assert made.face.servo_input.source is None
+
+
+def test_lockstep_answers_each_tick_once_with_state_and_sensors_of_one_time(ground: Make) -> None:
+    made = ground(lockstep=True)
+    client = made.client()
+    now_us = 0
+    for number in range(50):
+        for repeated in (False, True) if number % 7 == 0 else (False,):
+            client.received.clear()
+            client.send(mav.MAVLink_hil_actuator_controls_message(2500 * number, [0.1] * 16, 129, 1))
+            ticks: list[bool] = []
+
+            def tick_or_repeat(seen: list[bool] = ticks) -> list[bool]:
+                if made.face.servo_input.take_tick():
+                    seen.append(True)
+                elif made.face.servo_input.take_repeat():
+                    seen.append(False)
+                return seen
+
+            made.until(tick_or_repeat)
+            assert ticks == [not repeated]
+            now_us += 2500 * ticks[0]
+            made.face.answer(made.at(now_us * 1e-6), made.wall)
+            made.until(lambda: client.of("HIL_SENSOR"))
+            assert [message.time_usec for message in client.of("HIL_STATE_QUATERNION")] == [2500 * (number + 1)]
+            assert [message.time_usec for message in client.of("HIL_SENSOR")] == [2500 * (number + 1)]
