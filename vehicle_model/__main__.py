@@ -15,7 +15,7 @@ from vehicle_model.aircraft import Aircraft, AircraftFileError, load_aircraft
 from vehicle_model.check_case_file import CaseFileError
 from vehicle_model.linearise import HOLDS, Hold, Mode, linearise
 from vehicle_model.linearise import modes as natural_modes
-from vehicle_model.trim import Trim, TrimError, trim_level, trim_sweep
+from vehicle_model.trim import Trim, TrimError, still_air, trim_level, trim_sweep
 
 app = typer.Typer(
     name="vehicle_model", add_completion=False, pretty_exceptions_enable=False,
@@ -57,6 +57,9 @@ def finite(value: float) -> float:
     return value
 
 
+Altitude = Annotated[float, typer.Option(help="Above mean sea level [m]; the air gets thinner.", callback=finite)]
+
+
 def trim_row(trim: Trim) -> dict[str, float]:
     """One trim with units in its keys, for people and scripts."""
     return {
@@ -70,6 +73,12 @@ def trim_row(trim: Trim) -> dict[str, float]:
         "stall_margin_deg": math.degrees(trim.stall_margin),
         "residual": trim.residual,
     }
+
+
+def stall_margins(aircraft: Aircraft, trim: Trim) -> dict[str, float]:
+    """Angle left to maximum lift [deg], by the name of the strip or tail surface."""
+    margins = np.degrees(trim.outputs["stall_margin"]).tolist()
+    return dict(zip(aircraft.surface_names, margins, strict=False))
 
 
 def mode_row(mode: Mode) -> dict[str, Any]:
@@ -103,26 +112,34 @@ def _cell(value: Any) -> str:
 @app.command()
 def trim(
     airspeed: Annotated[str, typer.Option(help="m/s: 30, 0,5,10 or start:stop:step.")] = "0:30:1",
+    altitude: Altitude = 0.0,
     aircraft: AircraftFile = None,
     as_json: AsJson = False,
 ) -> None:
     """Level trim with the fuselage level: RPM, tilt and equivalent elevator over airspeed (the paper's Fig. 10)."""
     speeds = parse_range(airspeed)
-    rows = [trim_row(found) for found in trim_sweep(load_aircraft(aircraft), speeds)]
-    print(json.dumps(rows, indent=1) if as_json else table(rows))
+    model = load_aircraft(aircraft)
+    found = trim_sweep(model, speeds, still_air(altitude))
+    if as_json:
+        rows = [trim_row(each) | {"stall_margins_deg": stall_margins(model, each)} for each in found]
+        print(json.dumps(rows, indent=1))
+    else:
+        print(table([trim_row(each) for each in found]))
 
 
 @app.command()
 def modes(
     airspeed: Annotated[float, typer.Option(help="m/s", callback=finite)] = 30.0,
     hold: Annotated[Hold, typer.Option(help="What the rotors keep while disturbed.")] = "throttle",
+    altitude: Altitude = 0.0,
     aircraft: AircraftFile = None,
     as_json: AsJson = False,
 ) -> None:
     """Natural modes about the level trim (the paper's Table 1 and Fig. 13); the other holds are shown beside."""
     model = load_aircraft(aircraft)
-    point = trim_level(model, airspeed)
-    found = {each: [mode_row(mode) for mode in natural_modes(linearise(model, point, each))] for each in HOLDS}
+    world = still_air(altitude)
+    point = trim_level(model, airspeed, world)
+    found = {each: [mode_row(mode) for mode in natural_modes(linearise(model, point, each, world))] for each in HOLDS}
     if as_json:
         others = {each: rows for each, rows in found.items() if each != hold}
         head = {"airspeed_m_s": airspeed, "hold": hold, "trim": trim_row(point)}
@@ -140,6 +157,7 @@ def step(
     at: Annotated[float, typer.Option(help="Time of the step [s].", min=0.0, callback=finite)] = 1.0,
     duration: Annotated[float, typer.Option(help="[s]", min=0.0, max=3600.0, callback=finite)] = 50.0,
     rate: Annotated[int, typer.Option(help="Integration steps a second.", min=50, max=10_000)] = 400,
+    altitude: Altitude = 0.0,
     aircraft: AircraftFile = None,
     as_json: AsJson = False,
 ) -> None:
@@ -147,7 +165,9 @@ def step(
     from vehicle_model.elevator_step import elevator_step
 
     model = load_aircraft(aircraft)
-    flown = elevator_step(model, airspeed, math.radians(elevator), at=at, duration=duration, rate=rate)
+    flown = elevator_step(
+        model, airspeed, math.radians(elevator), at=at, duration=duration, rate=rate, altitude=altitude
+    )
     columns = {
         "time_s": flown.time,
         "u_m_s": flown.u,
@@ -163,7 +183,7 @@ def step(
             "elevator_step_deg": elevator,
             "step_time_s": at,
             "rate_hz": rate,
-            "altitude_msl_m": 0.0,  # of `still_air`, where the trim is found
+            "altitude_msl_m": altitude,
             "trim": trim_row(flown.trim),
             "servo_outputs_before": model.normalised_outputs(flown.controls_before),
             "servo_outputs_after": model.normalised_outputs(flown.controls_after),
@@ -179,7 +199,6 @@ def step(
 def bench(as_json: AsJson = False) -> None:
     """Time one RK4 step of the whole vehicle, called from Python and inside the compiled loop."""
     from vehicle_model.integrate import advance, rk4_step
-    from vehicle_model.trim import still_air
 
     model: Aircraft = load_aircraft()
     point = trim_level(model, 30.0)

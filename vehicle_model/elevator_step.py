@@ -54,20 +54,21 @@ def stepped_controls(aircraft: Aircraft, trim: Trim, step: float, environment: n
 
 def elevator_step(
     aircraft: Aircraft, airspeed: float = 30.0, step: float = math.radians(1.0), *,
-    at: float = 1.0, duration: float = 50.0, rate: int = 400, every: int = 1,
+    at: float = 1.0, duration: float = 50.0, rate: int = 400, every: int = 1, altitude: float = 0.0,
 ) -> ElevatorStep:  # fmt: skip
-    """Trim level at `airspeed` [m/s], step the equivalent elevator by `step` [rad] at time `at` [s] and fly on.
+    """Trim level at `airspeed` [m/s] and `altitude` [m], move the equivalent elevator by `step` [rad] and fly on.
 
-    The throttles are held, as an outside controller that only moves the elevator would; `rate` steps a second of the
+    The step comes at time `at` [s]. The throttles are held, as an outside controller that only moves the elevator would; `rate` steps a second of the
     same compiled RK4 as in real time, every `every`-th kept. Raises TrimError when there is no such trim.
     """
-    trim = trim_level(aircraft, airspeed)
-    after = stepped_controls(aircraft, trim, step)
+    world = still_air(altitude)
+    trim = trim_level(aircraft, airspeed, world)
+    after = stepped_controls(aircraft, trim, step, world)
     count = round(duration * rate)
     schedule = np.tile(trim.controls, (count + 1, 1))
     schedule[round(at * rate) :] = after
     states = np.empty((count // every + 1, STATE_COUNT))
-    time_history(trim.state.copy(), schedule, aircraft.vehicle, still_air(), 1.0 / rate, every, states)
+    time_history(trim.state.copy(), schedule, aircraft.vehicle, world, 1.0 / rate, every, states)
     theta = np.array([euler_from_quaternion(*row[QUATERNION : QUATERNION + 4])[1] for row in states])
     u, w = states[:, VELOCITY], states[:, VELOCITY + 2]
     over_ground = np.array([

@@ -60,9 +60,9 @@ class Trim:
         return float(self.outputs["stall_margin"].min())
 
 
-def still_air() -> np.ndarray:
-    """The paper's world: flat Earth, no wind, at sea level."""
-    return make_environment("flat", latitude=0.0, longitude=0.0, height_ellipsoid=0.0, ground_height=-1e6)
+def still_air(altitude: float = 0.0) -> np.ndarray:
+    """The paper's world: flat Earth, no wind; flight begins at an altitude [m] and never meets the ground."""
+    return make_environment("flat", latitude=0.0, longitude=0.0, height_ellipsoid=altitude, ground_height=-1e6)
 
 
 @compiled
