@@ -58,8 +58,9 @@ def elevator_step(
 ) -> ElevatorStep:  # fmt: skip
     """Trim level at `airspeed` [m/s] and `altitude` [m], move the equivalent elevator by `step` [rad] and fly on.
 
-    The step comes at time `at` [s]. The throttles are held, as an outside controller that only moves the elevator would; `rate` steps a second of the
-    same compiled RK4 as in real time, every `every`-th kept. Raises TrimError when there is no such trim.
+    The step comes at time `at` [s]. The throttles are held, as an outside controller that only moves the elevator
+    would; `rate` steps a second of the same compiled RK4 as in real time, every `every`-th kept. Raises TrimError when
+    there is no such trim.
     """
     world = still_air(altitude)
     trim = trim_level(aircraft, airspeed, world)
