@@ -25,6 +25,7 @@ __all__ = ["Runtime"]
 
 VIEWER_PERIOD = 0.02  # between pictures [s], wall time
 KEEPALIVE_PERIOD = 0.2  # [s], wall time: the links' own matters go on while simulated time stands still
+SPIN_PERIOD = 2e-4  # [s]: in lockstep the next tick is mostly near, and to be woken up for it would take longer
 IDLE_PERIOD = 0.05  # [s], how long to wait for input at a time where nothing else sets the pace
 TICKS_PER_TURN = 100  # catching up, or as fast as possible: so many steps before input is looked at again
 ROUNDING = 1e-6  # [ticks]; a message due exactly on a tick must not wait for the next
@@ -124,13 +125,17 @@ class Runtime:
 
     def _fly_in_lockstep(self) -> None:
         simulation, face, servos, clock = self._simulation, self._face, self._face.servo_input, self._clock
+        ticked = -math.inf
         while self._going and simulation.tick < self._end:
-            select.select(face.sockets(), (), (), IDLE_PERIOD)
             now = clock.now()
+            if now - ticked > SPIN_PERIOD:
+                select.select(face.sockets(), (), (), IDLE_PERIOD)
+                now = clock.now()
             face.receive(now)
             if servos.take_repeat():
                 face.answer(self._look(), now)
             while servos.take_tick() and simulation.tick < self._end:
+                ticked = now
                 simulation.set_controls(servos.controls)
                 simulation.advance(1)
                 face.answer(self._look(), now)
