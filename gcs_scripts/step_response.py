@@ -121,15 +121,14 @@ def read_reference(path: Path) -> Reference:
     if (before == after).all():
         raise ReferenceFileError(f"{path}: servo_outputs_after: expected a step, got the same as servo_outputs_before")
     count = len(times)
-    ahead = row("velocity_north_m_s", count, count)
     return Reference(
         time=times,
         u=row("u_m_s", count, count),
         w=row("w_m_s", count, count),
         q=row("q_deg_s", count, count),
         theta=row("theta_deg", count, count),
-        ahead=ahead,
-        across=np.zeros_like(ahead),
+        ahead=row("velocity_north_m_s", count, count),
+        across=row("velocity_east_m_s", count, count),
         down=row("velocity_down_m_s", count, count),
         step_time=step_time,
         rate=rate,
@@ -171,6 +170,7 @@ def check_start(state: Any, reference: Reference) -> None:
         raise VehicleError(
             f"the vehicle is at {altitude:.0f} m above sea level, does {speed:.2f} m/s and sinks {sinking:.2f} m/s;"
             f" the reference begins at {reference.altitude:.0f} m with {wanted:.2f} and {sink_wanted:.2f} m/s"
+            f" (`vehicle_model step` takes --altitude {altitude:.0f} and --airspeed)"
         )
 
 

@@ -175,6 +175,7 @@ def step(
         "q_deg_s": np.degrees(flown.q),
         "theta_deg": np.degrees(flown.theta),
         "velocity_north_m_s": flown.velocity_ned[:, 0],
+        "velocity_east_m_s": flown.velocity_ned[:, 1],
         "velocity_down_m_s": flown.velocity_ned[:, 2],
     }
     if as_json:
