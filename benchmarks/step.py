@@ -8,6 +8,8 @@ import os
 import statistics
 import tempfile
 from collections.abc import Callable
+from functools import partial
+from typing import Literal
 
 import jsbsim
 import numpy as np
@@ -16,7 +18,7 @@ from figures import Figure, cpu_time
 from vehicle_model.aircraft import load_aircraft
 from vehicle_model.earth import make_environment
 from vehicle_model.integrate import advance, advance_ab2, advance_batch, rk4_step
-from vehicle_model.trim import trim_level
+from vehicle_model.trim import Trim, trim_level
 
 __all__ = ["measure"]
 
@@ -54,18 +56,33 @@ def cessna() -> Callable[[], object]:
 def measure() -> list[Figure]:
     """One step called from Python beside JSBSim's, the step inside compiled code, and the batch."""
     aircraft = load_aircraft()
-    environment = make_environment(
-        "wgs84", latitude=0.8273, longitude=0.1492, height_ellipsoid=500.0, wind_ned=(3.0, -2.0, 0.0), ground_height=0.0
-    )
     trim = trim_level(aircraft, 20.0)
-    vehicle, controls = aircraft.vehicle, trim.controls
+    flat, single = against_peer(aircraft.vehicle, trim, world("flat"))
+    curved, _ = against_peer(aircraft.vehicle, trim, world("wgs84"))
+    figures = [*flat, *curved]
+    for name, stepper in (("RK4", advance), ("Adams-Bashforth 2", advance_ab2)):
+        state = trim.state.copy()
+        arguments = (state, trim.controls, aircraft.vehicle, world("flat"), DT)
+        stepper(*arguments, 1)
+        each = statistics.median(cpu_time(partial(stepper, *arguments, CALLS), 1) / CALLS for _ in range(ROUNDS))
+        figures.append(Figure(f"{name} steps a second inside compiled code", 1.0 / each, "1/s"))
+    figures.append(batch(trim.state, trim.controls, aircraft.vehicle, world("flat"), single))
+    return figures
+
+
+def world(earth: Literal["flat", "wgs84"]) -> np.ndarray:
+    """The flight's surroundings: some height, some wind."""
+    return make_environment(
+        earth, latitude=0.8273, longitude=0.1492, height_ellipsoid=500.0, wind_ned=(3.0, -2.0, 0.0), ground_height=0.0
+    )
+
+
+def against_peer(vehicle: np.ndarray, trim: Trim, environment: np.ndarray) -> tuple[list[Figure], float]:
+    """A step called from Python and its ratio to JSBSim's; and our steps per second."""
+    earth = "flat Earth" if environment["earth"][0] == 0 else "WGS-84"
     state = trim.state.copy()
-
-    def ours() -> None:
-        rk4_step(state, controls, vehicle, environment, DT)
-
-    theirs = cessna()
-    rk4_step(state, controls, vehicle, environment, DT)
+    ours, theirs = partial(rk4_step, state, trim.controls, vehicle, environment, DT), cessna()
+    ours()
     own, peer = [], []
     for _ in range(ROUNDS):
         state[:] = trim.state
@@ -73,22 +90,11 @@ def measure() -> list[Figure]:
         peer.append(cpu_time(theirs, CALLS))
     ratio = statistics.median(b / a for a, b in zip(own, peer, strict=True))
     mine = statistics.median(own)
-
-    figures = [
-        Figure("RK4 step, full vehicle on WGS-84, called from Python", mine * 1e6, "us", at_most=True,
+    return [
+        Figure(f"RK4 step, full vehicle, {earth}, called from Python", mine * 1e6, "us", at_most=True,
                peer="JSBSim c172x", peer_value=statistics.median(peer) * 1e6),
-        Figure("times faster than JSBSim's C172 step (median of pairs)", ratio, "x", goal=3.5),
-    ]  # fmt: skip
-    for name, stepper in (("RK4", advance), ("Adams-Bashforth 2", advance_ab2)):
-        state[:] = trim.state
-        stepper(state, controls, vehicle, environment, DT, 1)
-        each = statistics.median(
-            cpu_time(lambda stepper=stepper: stepper(state, controls, vehicle, environment, DT, CALLS), 1) / CALLS
-            for _ in range(ROUNDS)
-        )
-        figures.append(Figure(f"{name} steps a second inside compiled code", 1.0 / each, "1/s"))
-    figures.append(batch(trim.state, controls, vehicle, environment, 1.0 / mine))
-    return figures
+        Figure(f"times faster than JSBSim's C172 step, {earth} (median of pairs)", ratio, "x", goal=3.5),
+    ], 1.0 / mine  # fmt: skip
 
 
 def batch(

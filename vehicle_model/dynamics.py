@@ -66,7 +66,9 @@ def derivative(state, controls, vehicle, environment, outputs, rate) -> None:
     air = (state[VELOCITY] - wind[0], state[VELOCITY + 1] - wind[1], state[VELOCITY + 2] - wind[2])
     turn_rates = rates_relative_to_earth(state, world)
 
-    fx, fy, fz, mx, my, mz = vehicle_loads(state, controls, craft, air, turn_rates, density, out)
+    for i in range(4):
+        rate[TILT + i] = servo_rate(craft.servos[i], state[TILT + i], controls[3 + i])
+    fx, fy, fz, mx, my, mz = vehicle_loads(state, controls, craft, air, turn_rates, rate[TILT], density, out)
     above_ground = height - world.ground_height
     if above_ground < GEAR_REACH:
         gear = gear_loads(state, craft, above_ground, turn_rates, out)
@@ -81,8 +83,6 @@ def derivative(state, controls, vehicle, environment, outputs, rate) -> None:
         rate[ROTOR_SPEED + i] = 0.0
     for i in range(craft.rotor_count):
         rate[ROTOR_SPEED + i] = (out.motor_torque[i] - out.shaft_torque[i]) / craft.rotors[i].inertia
-    for i in range(4):
-        rate[TILT + i] = servo_rate(craft.servos[i], state[TILT + i], controls[3 + i])
 
     out.airspeed = math.sqrt(air[0] * air[0] + air[1] * air[1] + air[2] * air[2])
     out.height_ellipsoid = height

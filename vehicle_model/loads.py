@@ -193,21 +193,22 @@ def fuselage_loads(craft, air: Vector, rates: Vector, density: float, out) -> Lo
 
 
 @compiled
-def vehicle_loads(state, controls, craft, air: Vector, rates: Vector, density: float, out) -> Loads:
+def vehicle_loads(state, controls, craft, air: Vector, rates: Vector, tilt_rate: float, density: float, out) -> Loads:
     """Aerodynamic and propulsive force [N] and moment [N m] about the centre of mass, body axes.
 
-    `air` is the velocity of the centre of mass through the air, body axes [m/s]; `rates` are
-    relative to the Earth and its air [rad/s] (for the gyroscopic moment the Earth's own turn is neglected). `craft` is
-    a VEHICLE record; fills part of the OUTPUTS record `out`.
+    `air` is the velocity of the centre of mass through the air, body axes [m/s]; `rates` are relative to the Earth and
+    its air, and the wing turns by `tilt_rate` more [rad/s] (for the gyroscopic moment the Earth's own turn is
+    neglected). `craft` is a VEHICLE record; fills part of the OUTPUTS record `out`.
     """
     tilt = state[TILT]
     turn = (math.cos(tilt), math.sin(tilt))
     pivot = (craft.pivot[0], craft.pivot[1], craft.pivot[2])
     swing = cross(rates, pivot)
     air_pivot = (air[0] + swing[0], air[1] + swing[1], air[2] + swing[2])
+    wing_rates = to_wing(rates, turn[0], turn[1])
     wing = add_parts(
         state, controls, craft, 1,
-        to_wing(air_pivot, turn[0], turn[1]), to_wing(rates, turn[0], turn[1]),
+        to_wing(air_pivot, turn[0], turn[1]), (wing_rates[0], wing_rates[1] + tilt_rate, wing_rates[2]),
         density, out,
     )  # fmt: skip
     force = to_body((wing[0], wing[1], wing[2]), turn[0], turn[1])

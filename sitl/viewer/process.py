@@ -30,7 +30,7 @@ BLOCK_SECONDS = {"save": 1.0}  # of wall time: how long snapshots are gathered b
 LIVE_BLOCK_SECONDS = 0.4
 BLOCK_ROWS = 50
 FRAMES_AHEAD = 200  # between the pipe and Rerun; more wait in the pipe and with the flight
-FLUSH_DEADLINE = 1.5  # s; without one Rerun waits for ever for a frozen viewer
+FLUSH_DEADLINE = 15.0  # s; the flight, which has less patience, ends us sooner; without it Rerun would wait for ever
 WINDOW_DEADLINE = 15.0  # s for a viewer window to open
 SERVER_MEMORY = "512MB"  # the web viewer's history; the oldest goes first
 

@@ -163,3 +163,20 @@ def test_outputs_describe_the_moment() -> None:
     assert float(out["height_above_ground"]) == pytest.approx(50.0)
     assert float(out["density"]) == pytest.approx(1.2073, rel=1e-3)  # US Standard Atmosphere 1976 at 150 m
     assert out["shaft_power"] == pytest.approx(out["shaft_torque"] * state[ROTOR_SPEED : ROTOR_SPEED + 3])
+
+
+def test_a_tilting_wing_feels_the_air_as_one_that_pitches_about_its_pivot() -> None:
+    speed = float(CRAFT["servos"][0]["rate_limit"])
+    tilting = coasting()
+    tilting[RATES : RATES + 3] = 0.0
+    moving = held(tilting)
+    moving[3] = 2.0  # far away, so that the servo runs at its limit
+    pitching = tilting.copy()
+    pitching[RATES + 1] = speed
+    # The pivot of a body that pitches about its centre of mass moves by (q z, 0, -q x): take that out again.
+    x, _, z = CRAFT["pivot"]
+    pitching[VELOCITY : VELOCITY + 3] -= speed * np.array([z, 0.0, -x])
+    wing = slice(0, 6)
+    expected = rate_of(pitching, held(pitching))[0]["surface_load"][wing]
+    assert rate_of(tilting, moving)[0]["surface_load"][wing] == pytest.approx(expected, rel=1e-9, abs=1e-9)
+    assert rate_of(tilting, held(tilting))[0]["surface_load"][wing] != pytest.approx(expected, rel=1e-3)

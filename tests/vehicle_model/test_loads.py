@@ -41,12 +41,12 @@ def observed(
     state: np.ndarray, controls: np.ndarray | None = None, vehicle: np.ndarray | None = None,
     environment: np.ndarray = WORLD,
 ) -> tuple[np.void, np.ndarray]:  # fmt: skip
-    """OUTPUTS record and state derivative."""
+    """OUTPUTS record and state derivative; the motors are off and the servos rest unless `controls` say otherwise."""
     outputs, rate = np.zeros(1, OUTPUTS), np.empty(STATE_COUNT)
-    observe(
-        state, blank_controls() if controls is None else controls, AIRCRAFT.vehicle if vehicle is None else vehicle,
-        environment, outputs, rate,
-    )  # fmt: skip
+    if controls is None:
+        controls = blank_controls()
+        controls[3:] = state[TILT : TILT + 4]
+    observe(state, controls, AIRCRAFT.vehicle if vehicle is None else vehicle, environment, outputs, rate)
     return outputs[0], rate
 
 
