@@ -103,7 +103,7 @@ def fly_in_real_time(vehicle: HilVehicle, reference: Reference) -> tuple[Respons
         return _record_in_real_time(vehicle, reference)
     finally:
         for name in ("HIL_STATE_QUATERNION", "SERVO_OUTPUT_RAW"):
-            vehicle.stream(name, 0.0)
+            vehicle.stream_by_default(name)
 
 
 def _record_in_real_time(vehicle: HilVehicle, reference: Reference) -> tuple[Response, Timing]:

@@ -17,13 +17,7 @@ __all__ = ["HilVehicle", "VehicleError", "connect"]
 ACTUATORS = 16  # of HIL_ACTUATOR_CONTROLS
 RETRY = 0.05  # [s], wall time, after which an unanswered message is sent again
 RECEIVE_BUFFER = 4 << 20  # bytes: a second of everything at many times real time, should we be kept from reading
-KINDS = (
-    "udpin",
-    "udpout",
-    "udp",
-    "tcp",
-    "tcpin",
-)  # of pymavlink's connection strings, those with an address and a port
+KINDS = ("udpin", "udpout", "udp", "tcp", "tcpin")  # of pymavlink's connection strings, those with address and port
 
 
 class VehicleError(RuntimeError):
@@ -80,11 +74,10 @@ class HilVehicle:
 
     def state(self) -> Any:
         """The present HIL_STATE_QUATERNION, asked for. Raises VehicleError when none comes."""
-        number = mav.MAVLINK_MSG_ID_HIL_STATE_QUATERNION
         while self.receive("HIL_STATE_QUATERNION", 0.0) is not None:
             pass  # what has been waiting to be read is not the present
         return self._ask(
-            lambda: self._command(mav.MAV_CMD_REQUEST_MESSAGE, number),
+            lambda: self._command(mav.MAV_CMD_REQUEST_MESSAGE, _number("HIL_STATE_QUATERNION")),
             "HIL_STATE_QUATERNION",
             lambda _: True,
             f"system {self.system} does not tell its state: no HIL_STATE_QUATERNION",
@@ -103,17 +96,20 @@ class HilVehicle:
         )
 
     def stream(self, name: str, rate: float) -> None:
-        """Ask for a message at `rate` [Hz] of the vehicle's time; 0 for its default. Raises VehicleError if refused."""
-        number = getattr(mav, f"MAVLINK_MSG_ID_{name}")
+        """Ask for a message at `rate` [Hz] of the vehicle's time. Raises VehicleError if refused or not answered."""
         command = mav.MAV_CMD_SET_MESSAGE_INTERVAL
         answer = self._ask(
-            lambda: self._command(command, number, round(1e6 / rate) if rate else 0),
+            lambda: self._command(command, _number(name), round(1e6 / rate)),
             "COMMAND_ACK",
             lambda ack: ack.command == command,
             f"system {self.system} does not answer SET_MESSAGE_INTERVAL for {name}",
         )
         if answer.result != mav.MAV_RESULT_ACCEPTED:
             raise VehicleError(f"system {self.system} refuses {name} at {rate:g} Hz: MAV_RESULT {answer.result}")
+
+    def stream_by_default(self, name: str) -> None:
+        """Leave a message to the vehicle's own rate again, without waiting: one that has ended gives no answer."""
+        self._command(mav.MAV_CMD_SET_MESSAGE_INTERVAL, _number(name), 0)
 
     def _command(self, command: int, *parameters: float) -> None:
         filled = [*parameters, *[0.0] * (7 - len(parameters))]
@@ -147,7 +143,12 @@ def connect(text: str, system_id: int = 255, timeout: float = 10.0) -> Generator
     except OSError as error:
         raise VehicleError(f"--connect {text}: {error.strerror or error}") from None
     try:
-        link.port.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER)
+        if kind.startswith("udp"):  # a stream loses nothing, and has no socket before somebody connects
+            link.port.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER)
         yield HilVehicle(link, text, timeout)
     finally:
         link.close()
+
+
+def _number(name: str) -> int:
+    return getattr(mav, f"MAVLINK_MSG_ID_{name}")

@@ -40,4 +40,4 @@ def draw(path: Path, flown: Response, reference: Reference, how: str) -> None:
     for axes in upper[1]:
         axes.set_xlabel("time [s]")
     upper[0, 0].legend(loc="best", fontsize="small", frameon=False)
-    figure.savefig(path, dpi=100)
+    figure.savefig(path, dpi=80)
