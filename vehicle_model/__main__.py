@@ -15,7 +15,7 @@ from vehicle_model.aircraft import Aircraft, AircraftFileError, load_aircraft
 from vehicle_model.check_case_file import CaseFileError
 from vehicle_model.linearise import HOLDS, Hold, Mode, linearise
 from vehicle_model.linearise import modes as natural_modes
-from vehicle_model.trim import Trim, TrimError, still_air, trim_level, trim_sweep
+from vehicle_model.trim import Trim, TrimError, still_air, trim_each, trim_level
 
 app = typer.Typer(
     name="vehicle_model", add_completion=False, pretty_exceptions_enable=False,
@@ -28,6 +28,7 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of a ta
 
 
 MOST_SPEEDS = 10_000
+MOST_STEPS = 2_000_000  # kept in memory at once
 
 
 def parse_range(text: str) -> list[float]:
@@ -60,8 +61,11 @@ def finite(value: float) -> float:
 Altitude = Annotated[float, typer.Option(help="Above mean sea level [m]; the air gets thinner.", callback=finite)]
 
 
-def trim_row(trim: Trim) -> dict[str, float]:
-    """One trim with units in its keys, for people and scripts."""
+def trim_row(aircraft: Aircraft, trim: Trim) -> dict[str, Any]:
+    """One trim with units in its keys, for people and scripts; a stall margin where no air moves is null."""
+    surfaces = aircraft.vehicle["surfaces"][0]
+    wing = surfaces["tilts"] == 1
+    margins = np.degrees(trim.outputs["stall_margin"])
     return {
         "airspeed_m_s": trim.airspeed,
         "rpm": trim.rpm,
@@ -70,7 +74,8 @@ def trim_row(trim: Trim) -> dict[str, float]:
         "tail_rpm": trim.tail_rpm,
         "throttle": float(trim.controls[0]),
         "shaft_power_w": trim.power,
-        "stall_margin_deg": math.degrees(trim.stall_margin),
+        "stall_margin_wetted_deg": float(margins[wing & (surfaces["rotor"] >= 0)].min()),
+        "stall_margin_unwetted_deg": float(margins[wing & (surfaces["rotor"] < 0)].min()) if trim.airspeed else None,
         "residual": trim.residual,
     }
 
@@ -119,12 +124,18 @@ def trim(
     """Level trim with the fuselage level: RPM, tilt and equivalent elevator over airspeed (the paper's Fig. 10)."""
     speeds = parse_range(airspeed)
     model = load_aircraft(aircraft)
-    found = trim_sweep(model, speeds, still_air(altitude))
+    found = trim_each(model, speeds, still_air(altitude))
+    trims = [each for each in found if isinstance(each, Trim)]
     if as_json:
-        rows = [trim_row(each) | {"stall_margins_deg": stall_margins(model, each)} for each in found]
+        rows = [trim_row(model, each) | {"stall_margins_deg": stall_margins(model, each)} for each in trims]
         print(json.dumps(rows, indent=1))
-    else:
-        print(table([trim_row(each) for each in found]))
+    elif trims:
+        print(table([trim_row(model, each) for each in trims]))
+    for each in found:
+        if isinstance(each, TrimError):
+            print(f"error: {each}", file=sys.stderr)
+    if len(trims) < len(found):
+        raise typer.Exit(1)
 
 
 @app.command()
@@ -142,7 +153,7 @@ def modes(
     found = {each: [mode_row(mode) for mode in natural_modes(linearise(model, point, each, world))] for each in HOLDS}
     if as_json:
         others = {each: rows for each, rows in found.items() if each != hold}
-        head = {"airspeed_m_s": airspeed, "hold": hold, "trim": trim_row(point)}
+        head = {"airspeed_m_s": airspeed, "hold": hold, "trim": trim_row(model, point)}
         print(json.dumps({**head, "modes": found[hold], "other_holds": others}, indent=1))
         return
     for each in (hold, *(other for other in HOLDS if other != hold)):
@@ -164,6 +175,8 @@ def step(
     """Response to an elevator step from level trim (the paper's Figs 11-12), throttle held."""
     from vehicle_model.elevator_step import elevator_step
 
+    if duration * rate > MOST_STEPS:
+        raise typer.BadParameter(f"expected at most {MOST_STEPS} steps, got {duration:g} s at {rate} a second")
     model = load_aircraft(aircraft)
     flown = elevator_step(
         model, airspeed, math.radians(elevator), at=at, duration=duration, rate=rate, altitude=altitude
@@ -185,7 +198,7 @@ def step(
             "step_time_s": at,
             "rate_hz": rate,
             "altitude_msl_m": altitude,
-            "trim": trim_row(flown.trim),
+            "trim": trim_row(model, flown.trim),
             "servo_outputs_before": model.normalised_outputs(flown.controls_before),
             "servo_outputs_after": model.normalised_outputs(flown.controls_after),
         }
@@ -217,6 +230,7 @@ def bench(as_json: AsJson = False) -> None:
     state = point.state.copy()
 
     def from_python() -> None:
+        state[:] = point.state
         for _ in range(20_000):
             rk4_step(state, point.controls, model.vehicle, world, 0.0025)
 

@@ -36,11 +36,6 @@ class Aircraft(AircraftTables, frozen=True, kw_only=True, dict=True):
         return channels_of(self)
 
     @property
-    def paper_slipstream(self) -> bool:
-        """True where eqs (9)-(11) are taken to the letter, False for the vector sum of free stream and wake."""
-        return self.wing.slipstream == "paper"
-
-    @property
     def rotor_names(self) -> tuple[str, ...]:
         """Names of the rotors in the order of VEHICLE."""
         return ROTOR_NAMES

@@ -1,5 +1,6 @@
 """What must hold between the entries of an aircraft file, beyond the range of each."""
 
+import math
 from collections.abc import Sequence
 
 from vehicle_model.aircraft_schema import SchemaError
@@ -17,7 +18,9 @@ def check_consistency(tables: AircraftTables) -> None:
     """Raise SchemaError naming the first entry that contradicts another."""
     _check_inertia(tables)
     _check_strips(tables)
+    _check_stall(tables)
     _check_rotors(tables)
+    _check_tail(tables)
     for name in ("tilt", "aileron", "elevator"):
         _check_servo(name, getattr(tables.servos, name))
     _check_contacts(tables)
@@ -58,6 +61,26 @@ def _check_strips(tables: AircraftTables) -> None:
         raise SchemaError(("wing", "span"), f"{expected}, got {wing.span:.6g} m")
 
 
+def _check_stall(tables: AircraftTables) -> None:
+    """Flow is attached at no angle of attack, or lift would have a kink there."""
+    for keys, section in (
+        (("wing",), tables.wing),
+        (("tail", "horizontal"), tables.tail.horizontal),
+        (("tail", "vertical"), tables.tail.vertical),
+    ):
+        if section.stall_width >= section.stall_angle:
+            expected = f"expected less than stall_angle, {math.degrees(section.stall_angle):.6g} deg"
+            raise SchemaError((*keys, "stall_width"), f"{expected}, got {math.degrees(section.stall_width):.6g} deg")
+
+
+def _check_tail(tables: AircraftTables) -> None:
+    centre = tables.mass_properties.centre_of_mass[0]
+    for name, surface in (("horizontal", tables.tail.horizontal), ("vertical", tables.tail.vertical)):
+        if surface.position[0] >= centre:
+            expected = f"expected x behind the centre of mass, below {centre:.6g} m"
+            raise SchemaError(("tail", name, "position"), f"{expected}, got {surface.position[0]:.6g} m")
+
+
 def _check_rotors(tables: AircraftTables) -> None:
     wing, tail = tables.rotors.wing, tables.rotors.tail
     if wing.hub[1] <= wing.radius:
@@ -78,6 +101,11 @@ def _check_contacts(tables: AircraftTables) -> None:
     if count > MAX_CONTACTS:
         expected = f"expected at most {MAX_CONTACTS} points with their mirror images"
         raise SchemaError(("contacts",), f"{expected}, got {count}")
+    centre = tables.mass_properties.centre_of_mass[2]
+    for index, contact in enumerate(tables.contacts):
+        if contact.position[2] <= centre:
+            expected = f"expected z below the centre of mass, above {centre:.6g} m"
+            raise SchemaError(("contacts", index, "position"), f"{expected}, got {contact.position[2]:.6g} m")
 
 
 def _check_outputs(tables: AircraftTables) -> None:

@@ -151,6 +151,7 @@ def _rotor(rotor: Rotor, voltage: float, side: int, **mounting: Any) -> tuple[An
         blades=rotor.blades,
         blade_chord=rotor.blade_chord,
         profile_drag=rotor.profile_drag,
+        induced_power_factor=rotor.induced_power_factor,
         inertia=rotor.inertia,
         torque_constant=1.0 / motor.velocity_constant,
         resistance=motor.resistance,
@@ -201,8 +202,7 @@ def _strip(wing: Wing, strip: Strip, side: int, peak: float) -> tuple[Any, ...]:
         chord=chord,
         incidence=wing.incidence,
         max_lift_angle=peak,
-        # CL = CL_alpha alpha to the letter, where elsewhere it is CL_alpha sin alpha: eq. (9) has one alpha only.
-        lift_slope=wing.lift_slope * (wing.incidence / math.sin(wing.incidence) if literal and wing.incidence else 1.0),
+        lift_slope=_paper_lift_slope(wing.incidence) if literal else wing.lift_slope,
         induced_drag=0.0 if literal else wing.induced_drag,
         rotor=_ROTOR[side] if strip.wetted else _NONE,
         wake_factor=(1.0 if literal else wing.wake_factor) if strip.wetted else 0.0,
@@ -210,6 +210,12 @@ def _strip(wing: Wing, strip: Strip, side: int, peak: float) -> tuple[Any, ...]:
         servo=_AILERON[side] if strip.aileron else _NONE,
         flap_effectiveness=wing.aileron_effectiveness if strip.aileron else 0.0,
     )
+
+
+def _paper_lift_slope(incidence: float) -> float:
+    """Slope with which CL = slope sin(incidence) is eq. (9), CL = 0.1 per degree times the incidence [1/rad]."""
+    slope = 0.1 * math.degrees(1.0)
+    return slope * incidence / math.sin(incidence) if incidence else slope
 
 
 def _surface(

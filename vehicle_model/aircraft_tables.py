@@ -101,6 +101,7 @@ class Rotor(msgspec.Struct, frozen=True):
     blades: Annotated[int, Quantity("1", 1, 8)]  # b
     blade_chord: Annotated[float, Quantity("m", 0.002, 0.5)]  # c_r
     profile_drag: Annotated[float, Quantity("1", 0.002, 0.2)]  # mean drag coefficient of a blade section
+    induced_power_factor: Annotated[float, Quantity("1", 1, 2)]  # over the induced power of momentum theory
     inertia: Annotated[float, Quantity("kg m^2", 1e-7, 5)]  # propeller and motor about the shaft
     motor: Motor
 

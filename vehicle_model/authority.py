@@ -9,6 +9,7 @@ from scipy.optimize import brentq
 from vehicle_model.aircraft import Aircraft
 from vehicle_model.compiled import compiled
 from vehicle_model.dynamics import derivative
+from vehicle_model.earth import STANDARD_GRAVITY
 from vehicle_model.motor import motor_current, motor_torque
 from vehicle_model.records import OUTPUTS
 from vehicle_model.rotor import rotor_loads
@@ -50,13 +51,15 @@ def speed_at(
     if throttle == 0.0:
         return 0.0
 
+    rotor = aircraft.vehicle["rotors"][0, index]
+
     def excess(size: float) -> float:
         speed = math.copysign(size, throttle)
         return math.copysign(1.0, throttle) * shaft_excess(
             aircraft.vehicle, index, throttle, speed, axial, edgewise, density
         )
 
-    root, _ = brentq(excess, 1.0, 3000.0, full_output=True)
+    root, _ = brentq(excess, 1.0, 3.0 * float(rotor["battery_voltage"] / rotor["torque_constant"]), full_output=True)
     return math.copysign(root, throttle)
 
 
@@ -67,7 +70,7 @@ def thrust_to_weight(aircraft: Aircraft, density: float = 1.225) -> float:
     for index in (0, 1):
         state[ROTOR_SPEED + index] = speed_at(aircraft, index, 1.0, density=density)
     derivative(state, np.zeros(7), aircraft.vehicle, still_air(), outputs, rate)
-    return float(outputs["thrust"][0, :2].sum() / (aircraft.vehicle["mass"][0] * 9.80665))
+    return float(outputs["thrust"][0, :2].sum() / (aircraft.vehicle["mass"][0] * STANDARD_GRAVITY))
 
 
 def margins(aircraft: Aircraft, flight: SteadyFlight) -> Margins:
@@ -109,7 +112,10 @@ def margins(aircraft: Aircraft, flight: SteadyFlight) -> Margins:
         [
             [parted(1)[0], parted(0)[0]],
             [moment(tail=tail[1], elevator=high[3])[1], moment(tail=tail[0], elevator=low[3])[1]],
-            [moment(a_left=high[1], a_right=low[2])[2], moment(a_left=low[1], a_right=high[2])[2]],
+            [
+                moment(aileron_left=high[1], aileron_right=low[2])[2],
+                moment(aileron_left=low[1], aileron_right=high[2])[2],
+            ],
         ]
     )
     changes = np.sort(ends - neutral[:, None], axis=1)
@@ -120,7 +126,7 @@ def margins(aircraft: Aircraft, flight: SteadyFlight) -> Margins:
 
 PLACES = {
     "left": ROTOR_SPEED, "right": ROTOR_SPEED + 1, "tail": ROTOR_SPEED + 2,
-    "a_left": AILERON_LEFT, "a_right": AILERON_RIGHT, "elevator": ELEVATOR,
+    "aileron_left": AILERON_LEFT, "aileron_right": AILERON_RIGHT, "elevator": ELEVATOR,
 }  # fmt: skip
 
 

@@ -22,6 +22,7 @@ HOLDS: tuple[Hold, ...] = get_args(Hold)
 
 RIGID_STATES = ("u", "v", "w", "p", "q", "r", "phi", "theta")
 ROTOR_STATES = ("rotor_left", "rotor_right", "rotor_tail")
+SLOWEST_DUTCH_ROLL = 0.05  # [rad/s]
 LONGITUDINAL = ("u", "w", "q", "theta")
 
 
@@ -36,6 +37,7 @@ class LinearModel:
     a: np.ndarray
     b: np.ndarray
     hold: Hold
+    tilt: float  # of the wing in the trim [rad]
 
     def longitudinal(self) -> "LinearModel":
         """The part in x = [u, w, q, theta] (and the rotors' common speeds, where they are states)."""
@@ -46,7 +48,7 @@ class LinearModel:
             basis += [(left + right) / math.sqrt(2.0), tail]
             names += ["rotor_wing", "rotor_tail"]
         turn = np.array(basis)
-        return LinearModel(tuple(names), turn @ self.a @ turn.T, turn @ self.b, self.hold)
+        return LinearModel(tuple(names), turn @ self.a @ turn.T, turn @ self.b, self.hold, self.tilt)
 
 
 @dataclass(frozen=True)
@@ -150,6 +152,8 @@ def linearise(
 
     `hold` says what the wing rotors keep while the aircraft is disturbed: the throttle (rotor speeds become states),
     the speed, the shaft power or the thrust. Position and heading are left out: nothing depends on them.
+    B is that of the equivalent elevator with the tail rotor's part, whose speed goes with the root of the command: near
+    a trim at zero command, B of the tail rotor's speed grows without bound.
     """
     function = _Perturbed(aircraft, trim, hold, still_air() if environment is None else environment)
     columns = []
@@ -159,15 +163,16 @@ def linearise(
         columns.append((function(function.centre + step) - function(function.centre - step)) / (2.0 * step[j]))
     step = 1e-4
     b = (function(function.centre, step) - function(function.centre, -step)) / (2.0 * step)
-    return LinearModel(function.names, np.column_stack(columns), b, hold)
+    return LinearModel(function.names, np.column_stack(columns), b, hold, trim.tilt)
 
 
 def modes(model: LinearModel) -> list[Mode]:
     """Natural modes of a linear model, fastest first, named by the states that take part in them.
 
-    short_period and phugoid, dutch_roll, roll and spiral where the usual picture holds; rotor for a mode of the rotor
-    speeds; otherwise longitudinal or lateral.
+    short_period and phugoid, dutch_roll, roll and spiral while the wing is below 45 deg, where the usual picture holds;
+    rotor for a mode of the rotor speeds; otherwise longitudinal or lateral.
     """
+    usual = model.tilt < math.pi / 4.0
     values, right = np.linalg.eig(model.a)
     left = np.linalg.inv(right)
     share = np.abs(right * left.T)
@@ -187,7 +192,10 @@ def modes(model: LinearModel) -> list[Mode]:
         if part(mode, *ROTOR_STATES, "rotor_wing") > 0.5:
             name = "rotor"
         elif fast + slow > swing + roll + bank:
-            name = "longitudinal" if value.imag == 0.0 else "short_period" if fast > slow else "phugoid"
+            oscillates = usual and value.imag > 0.0
+            name = "longitudinal" if not oscillates else "short_period" if fast > slow else "phugoid"
+        elif not usual or 0.0 < value.imag < SLOWEST_DUTCH_ROLL:
+            name = "lateral"
         elif value.imag > 0.0:
             name = "dutch_roll"
         else:

@@ -124,7 +124,7 @@ def add_parts(state, controls, craft, tilts: int, air: Vector, rates: Vector, de
     for i in range(craft.surface_count):
         surface = craft.surfaces[i]
         if surface.tilts == tilts:
-            # A downwash angle turns the air the surface meets nose down in the plane of symmetry.
+            # Downwash crosses the flight path downwards in the plane of symmetry, so the surface meets less from below.
             turned = surface.downwash_factor * downwash
             meets = (air[0] + turned * air[2], air[1], air[2] - turned * air[0])
             flap = 0.0 if surface.servo < 0 else state[TILT + surface.servo]
@@ -142,11 +142,11 @@ def add_parts(state, controls, craft, tilts: int, air: Vector, rates: Vector, de
 
 @compiled
 def downwash_angle(force: Vector, air: Vector, area: float, density: float) -> float:
-    """Angle [rad] by which the wing and its rotors turn the air the tail meets, nose-down positive.
+    """Downwash velocity [of the airspeed] that the wing and its rotors leave at the tail; small, it is an angle [rad].
 
     Momentum theory of a wing with stream tube `area` [m^2]: far behind, L/(rho area V'^2), with L the `force` across
     the free stream in the plane of symmetry and V'^2 = V^2 + |F|/(rho area), which lets the downwash velocity, this
-    angle times V, vanish in hover, where the wake leaves downwards and passes the tail by.
+    times V, vanish in hover, where the wake leaves downwards and passes the tail by.
     """
     if area <= 0.0:
         return 0.0
@@ -155,7 +155,8 @@ def downwash_angle(force: Vector, air: Vector, area: float, density: float) -> f
         return 0.0
     lift = (force[0] * air[2] - force[2] * air[0]) / speed
     flow = density * area * speed * speed + math.sqrt(force[0] * force[0] + force[2] * force[2])
-    return lift / flow
+    # Backwards through the air the tail flies ahead of the wing.
+    return lift / flow * max(air[0], 0.0) / speed
 
 
 @compiled

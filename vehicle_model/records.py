@@ -33,6 +33,7 @@ ROTOR = np.dtype(
         ("blades", _f),  # b of eq. (3)
         ("blade_chord", _f),  # c_r of eq. (3) [m]
         ("profile_drag", _f),  # mean blade section drag coefficient
+        ("induced_power_factor", _f),  # power of uneven inflow, tip loss and swirl over that of momentum theory
         ("inertia", _f),  # propeller and motor about the shaft [kg m^2]
         ("torque_constant", _f),  # torque per current, and back EMF per speed: 1/Kv [N m/A = V s/rad]
         ("resistance", _f),  # winding, controller and cables [ohm]
@@ -48,7 +49,7 @@ ROTOR = np.dtype(
 
 SURFACE = np.dtype(
     [
-        ("position", _f, (3,)),  # middle of the chord's quarter point, mounting axes [m]
+        ("position", _f, (3,)),  # quarter-chord point at mid-span, mounting axes [m]
         ("chord_axis", _f, (3,)),  # unit vector forward along the chord (incidence included), mounting axes
         ("normal", _f, (3,)),  # unit vector out of the lower side, square to the chord (lift acts against it)
         ("tilts", _i),  # 1: strip of the tilting wing
@@ -56,7 +57,7 @@ SURFACE = np.dtype(
         ("chord", _f),  # [m]
         ("lift_slope", _f),  # attached flow: CL = lift_slope sin alpha [1/rad]
         ("stall_sine", _f),  # sine of the angle of attack where flow begins to separate
-        ("stall_sine_span", _f),  # by how much more it has separated
+        ("stall_sine_span", _f),  # increase of that sine until it is fully separated
         ("max_lift_angle", _f),  # where lift peaks; follows from the curve (surface.max_lift_angle) [rad]
         ("plate_lift", _f),  # separated flow: CL = plate_lift sin 2 alpha
         ("plate_drag", _f),  # separated flow: CD = zero_lift_drag + plate_drag sin^2 alpha
@@ -149,7 +150,7 @@ OUTPUTS = np.dtype(
         ("density", _f),  # [kg/m^3]
         ("force_body", _f, (3,)),  # all but gravity [N]
         ("moment_body", _f, (3,)),  # [N m]
-        ("downwash_angle", _f),  # of the air the tail meets [rad]
+        ("downwash_angle", _f),  # downwash velocity at the tail over airspeed [rad]
         ("thrust", _f, (MAX_ROTORS,)),  # [N]
         ("induced_velocity", _f, (MAX_ROTORS,)),  # [m/s]
         ("shaft_torque", _f, (MAX_ROTORS,)),  # [N m]

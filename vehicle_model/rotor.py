@@ -7,7 +7,8 @@ Momentum theory holds in climb and in the windmill brake state. Between them (0 
 turbulent wake) the flow through the disk is not |v_z - v_i|; there `disk_flow` follows measured induced velocities
 (Leishman, Principles of Helicopter Aerodynamics, 2nd ed., eq. 2.96) and joins momentum theory smoothly at both ends.
 
-Not modelled: in-plane force of an inclined disk, blade stall, flapping, change of blade lift with Reynolds number.
+Not modelled: in-plane force and hub moment of an inclined disk, the gain of thrust with edgewise speed in blade-element
+theory (mu^2), blade stall, flapping, change of blade lift with Reynolds number.
 """
 
 import math
@@ -83,7 +84,9 @@ def rotor_loads(rotor, speed: float, axial: float, edgewise: float, density: flo
 
     `rotor` is a ROTOR record, `speed` the rotor speed [rad/s] (negative: a reversible rotor running backwards,
     thrust reversed), `axial` and `edgewise` as in the module's head [m/s]. Torque is induced and climb power,
-    T (v_i - v_z), plus blade profile power, rho b c_r r (w r)^3 cd/8 (1 + 4.65 mu^2), divided by the speed.
+    T (kappa v_i - v_z), plus blade profile power, rho b c_r r (w r)^3 cd/8 sqrt(1 + 9.3 mu^2) (the usual 1 + 4.65 mu^2
+    for small advance ratios mu), divided by the speed. Near standstill, where the blades' tips move slower than
+    the air along the axis, blade-element theory ends and the first part fades to zero.
     """
     lift = rotor.lift_slope * rotor.blades * rotor.blade_chord
     tip_speed = speed * rotor.radius
@@ -93,5 +96,6 @@ def rotor_loads(rotor, speed: float, axial: float, edgewise: float, density: flo
     thrust = thrust_per_speed * abs(speed)
     profile = 0.125 * density * rotor.blades * rotor.blade_chord * rotor.radius * rotor.radius * rotor.profile_drag
     profile_torque = profile * tip_speed * math.sqrt(tip_speed * tip_speed + 9.3 * edgewise * edgewise)
-    torque = math.copysign(1.0, speed) * thrust_per_speed * (induced - axial) + profile_torque
+    turning = min(max(tip_speed / max(abs(axial), 1e-9), -1.0), 1.0)
+    torque = turning * thrust_per_speed * (rotor.induced_power_factor * induced - axial) + profile_torque
     return thrust, torque, induced

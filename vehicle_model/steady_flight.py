@@ -12,6 +12,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from vehicle_model.aircraft import Aircraft
+from vehicle_model.earth import STANDARD_GRAVITY
 from vehicle_model.equivalent_elevator import tail_speed
 from vehicle_model.integrate import observe
 from vehicle_model.records import OUTPUTS
@@ -28,12 +29,11 @@ from vehicle_model.state import (
     TILT,
     VELOCITY,
 )  # fmt: skip
-from vehicle_model.trim import TrimError, balance_motors, motor_shortfall, still_air
+from vehicle_model.trim import TrimError, balance_motors, motor_shortfall, no_load_speed, still_air
 
 __all__ = ["SteadyFlight", "trim_steady"]
 
 RESIDUAL_GOAL = 1e-8  # of the weight (moments: of the weight times one metre)
-SCALE = np.array([600.0, 600.0, 1.0, 0.3, 0.2, 0.5, 0.5])
 
 
 @dataclass(frozen=True)
@@ -68,24 +68,34 @@ class _Problem:
     def __init__(self, aircraft: Aircraft, condition: _Condition, environment: np.ndarray) -> None:
         self.condition, self.vehicle, self.environment = condition, aircraft.vehicle, environment
         craft = self.vehicle[0]
-        self.weight = float(craft["mass"]) * 9.80665
+        self.weight = float(craft["mass"]) * STANDARD_GRAVITY
         self.inertia = craft["inertia"]
         self.state = np.zeros(STATE_COUNT)
         self.controls = np.zeros(CONTROL_COUNT)
         self.outputs = np.zeros(1, OUTPUTS)
         self.rate = np.empty(STATE_COUNT)
         servos = craft["servos"]
-        low = [50.0, 50.0, servos["minimum"][0], servos["minimum"][1], servos["minimum"][3], -1.2, -1.2]
-        high = [1500.0, 1500.0, servos["maximum"][0], servos["maximum"][1], servos["maximum"][3], 1.2, 1.2]
-        self.lower, self.upper = np.array(low) / SCALE, np.array(high) / SCALE
+        fastest = no_load_speed(self.vehicle)
+        self.scale = np.array([0.6 * fastest, 0.6 * fastest, 1.0, 0.3, 0.2, 0.5, 0.5])
+        low = [
+            0.03 * fastest,
+            0.03 * fastest,
+            servos["minimum"][0],
+            servos["minimum"][1],
+            servos["minimum"][3],
+            -1.2,
+            -1.2,
+        ]
+        high = [fastest, fastest, servos["maximum"][0], servos["maximum"][1], servos["maximum"][3], 1.2, 1.2]
+        self.lower, self.upper = np.array(low) / self.scale, np.array(high) / self.scale
         for index, given in ((2, condition.tilt), (6, condition.pitch)):
             if given is not None:
-                self.lower[index] = given / SCALE[index] - 1e-12
-                self.upper[index] = given / SCALE[index] + 1e-12
+                self.lower[index] = given / self.scale[index] - 1e-12
+                self.upper[index] = given / self.scale[index] + 1e-12
 
     def balance(self, x: np.ndarray) -> np.ndarray:
         """Six residuals as fractions of the weight; leaves state, controls and outputs at the point."""
-        left, right, tilt, aileron, elevator, roll, pitch = x * SCALE
+        left, right, tilt, aileron, elevator, roll, pitch = x * self.scale
         at = self.condition
         quaternion = quaternion_from_euler(roll, pitch, 0.0)
         level = at.airspeed * math.cos(at.climb_angle)
@@ -103,12 +113,12 @@ class _Problem:
         # Steady is the velocity through the air; in a turn the wind's own components turn through the body axes.
         turn = state[RATES : RATES + 3]
         drift = np.cross(turn, ned_to_body(*quaternion, *wind))
-        force = (self.rate[VELOCITY : VELOCITY + 3] + drift) * self.weight / 9.80665
+        force = (self.rate[VELOCITY : VELOCITY + 3] + drift) * self.weight / STANDARD_GRAVITY
         moment = self.inertia @ self.rate[RATES : RATES + 3]
         return np.concatenate([force, moment]) / self.weight
 
     def solve(self, guess: np.ndarray) -> tuple[np.ndarray, float]:
-        start = np.clip(guess / SCALE, self.lower + 1e-13, self.upper - 1e-13)
+        start = np.clip(guess / self.scale, self.lower + 1e-13, self.upper - 1e-13)
         pull = 1e-3 if self.condition.pitch is None else 0.0
         # A first pass with a light pull of pitch to level picks one of many; the second meets the balance exactly.
         for weight in (pull, 0.0):
@@ -131,6 +141,8 @@ def trim_steady(
     the air). `turn_rate` [rad/s] is the heading's. `pitch` None lets the pitch angle follow; `tilt` fixes the wing.
     Heading is north. Raises TrimError when no combination within the limits of servos and motors balances.
     """
+    if not all(map(math.isfinite, (airspeed, climb_angle, direction, turn_rate, pitch or 0.0, tilt or 0.0))):
+        raise TrimError("no steady flight: expected finite airspeed, angles and turn rate")
     world = still_air() if environment is None else environment
     problem = _Problem(aircraft, _Condition(airspeed, climb_angle, direction, turn_rate, pitch, tilt), world)
     flight = (
@@ -138,12 +150,12 @@ def trim_steady(
         f"turn rate {math.degrees(turn_rate):g} deg/s"
     )
     likely = max(4.0, 88.0 - 5.0 * airspeed * math.cos(direction))
-    bank = math.atan(airspeed * turn_rate / 9.80665)
+    bank = math.atan(airspeed * turn_rate / STANDARD_GRAVITY)
     best_x, best = problem.lower, math.inf
     tilts = sorted((4.0, 12.0, 30.0, 55.0, 80.0, 100.0, likely), key=lambda each: abs(each - likely))
     # The tail rotor's speed goes with the root of the elevator command: no search crosses zero, so start on both sides.
     for degrees, command in itertools.product(tilts, (-0.02, 0.02)):
-        speed = 470.0 + 160.0 * math.sin(math.radians(degrees)) ** 2
+        speed = (0.48 + 0.16 * math.sin(math.radians(degrees)) ** 2) * no_load_speed(problem.vehicle)
         guess = np.array([speed, speed, math.radians(degrees), 0.0, command, bank, pitch or 0.0])
         x, residual = problem.solve(guess)
         if residual < best:
@@ -157,7 +169,7 @@ def trim_steady(
     shortfall = motor_shortfall(problem.outputs[0])
     if shortfall is not None:
         raise TrimError(f"no steady flight at {flight}: {shortfall}")
-    _, _, tilt_angle, aileron, elevator, roll, pitch_angle = (float(v) for v in best_x * SCALE)
+    _, _, tilt_angle, aileron, elevator, roll, pitch_angle = (float(v) for v in best_x * problem.scale)
     speeds = problem.state[ROTOR_SPEED : ROTOR_SPEED + 3]
     return SteadyFlight(
         (float(speeds[0]), float(speeds[1]), float(speeds[2])), tilt_angle, aileron, elevator, roll, pitch_angle, best,

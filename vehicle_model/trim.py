@@ -9,17 +9,18 @@ import numpy as np
 from vehicle_model.aircraft import Aircraft
 from vehicle_model.compiled import compiled
 from vehicle_model.dynamics import derivative
-from vehicle_model.earth import make_environment
+from vehicle_model.earth import STANDARD_GRAVITY, make_environment
 from vehicle_model.equivalent_elevator import tail_speed
 from vehicle_model.integrate import observe
 from vehicle_model.motor import throttle_for
 from vehicle_model.records import OUTPUTS
 from vehicle_model.state import CONTROL_COUNT, ELEVATOR, QUATERNION, RATES, ROTOR_SPEED, STATE_COUNT, TILT, VELOCITY
 
-__all__ = ["LevelProblem", "Trim", "TrimError", "still_air", "trim_level", "trim_sweep"]
+__all__ = ["LevelProblem", "Trim", "TrimError", "no_load_speed", "still_air", "trim_each", "trim_level", "trim_sweep"]
 
 RESIDUAL_GOAL = 1e-9  # of the weight (and of weight times one metre)
-GUESSES = ((5000.0, 8.0, 0.0), (4500.0, 20.0, -1.0), (5000.0, 45.0, -2.0), (5700.0, 75.0, -1.0), (6000.0, 88.0, 0.0))
+# Where searches start: rotor speed as a share of the no-load speed, tilt and elevator [deg].
+GUESSES = ((0.51, 8.0, 0.0), (0.46, 20.0, -1.0), (0.51, 45.0, -2.0), (0.58, 75.0, -1.0), (0.61, 88.0, 0.0))
 
 
 class TrimError(ValueError):
@@ -53,11 +54,6 @@ class Trim:
     def power(self) -> float:
         """Shaft power of all rotors [W]."""
         return float(self.outputs["shaft_power"].sum())
-
-    @property
-    def stall_margin(self) -> float:
-        """Smallest angle [rad] that any strip of the wing or tail has left to its maximum lift."""
-        return float(self.outputs["stall_margin"].min())
 
 
 def still_air(altitude: float = 0.0) -> np.ndarray:
@@ -113,24 +109,30 @@ def level_residual(
     return craft.mass * rate[VELOCITY], craft.mass * rate[VELOCITY + 2], craft.inertia[1, 1] * rate[RATES + 1]
 
 
-class LevelProblem:
-    """Level flight at one airspeed as a function of three unknowns scaled to order one."""
+def no_load_speed(vehicle: np.ndarray) -> float:
+    """Speed [rad/s] at which a wing motor's back EMF is the battery's voltage: it cannot drive a rotor faster."""
+    rotor = vehicle["rotors"][0, 0]
+    return float(rotor["battery_voltage"] / rotor["torque_constant"])
 
-    scale = np.array([600.0, 1.0, 0.2])
+
+class LevelProblem:
+    """Level flight at one airspeed as a function of three unknowns; `scale` brings them to order one."""
 
     def __init__(self, aircraft: Aircraft, airspeed: float, environment: np.ndarray) -> None:
         self.vehicle = aircraft.vehicle
         self.environment = environment
         self.airspeed = airspeed
-        self.weight = float(self.vehicle["mass"][0]) * float(environment["gravity"][0] or 9.80665)
+        self.weight = float(self.vehicle["mass"][0]) * STANDARD_GRAVITY
         self.state = np.zeros(STATE_COUNT)
         self.state[QUATERNION] = 1.0
         self.controls = np.zeros(CONTROL_COUNT)
         self.outputs = np.zeros(1, OUTPUTS)
         self.rate = np.empty(STATE_COUNT)
         servos = self.vehicle["servos"][0]
-        self.lower = np.array([50.0, servos["minimum"][0], servos["minimum"][3]]) / self.scale
-        self.upper = np.array([1500.0, servos["maximum"][0], servos["maximum"][3]]) / self.scale
+        fastest = no_load_speed(self.vehicle)
+        self.scale = np.array([0.6 * fastest, 1.0, 0.2])
+        self.lower = np.array([0.03 * fastest, servos["minimum"][0], servos["minimum"][3]]) / self.scale
+        self.upper = np.array([fastest, servos["maximum"][0], servos["maximum"][3]]) / self.scale
 
     def residual(self, x: np.ndarray) -> np.ndarray:
         """Residuals as fractions of the weight (the moment: of the weight times one metre)."""
@@ -202,14 +204,17 @@ def trim_level(
     """Trim level flight at an airspeed [m/s] with the fuselage level (theta = 0), as the paper does.
 
     Unknowns are rotor speed, tilt and equivalent elevator, eqs (17)-(20). `near` is a neighbouring trim to start
-    from. Raises TrimError when no combination within the limits of servos and motors balances weight, drag and moment.
+    from. Raises TrimError when no combination within the limits of servos and motors balances weight, drag and moment,
+    and ValueError for an environment with wind, for which there is `trim_steady`.
     """
     if not math.isfinite(airspeed):
         raise TrimError(f"no level trim at {airspeed:g} m/s: expected a finite airspeed")
-    problem = LevelProblem(aircraft, airspeed, still_air() if environment is None else environment)
-    starts = [
-        np.array([rpm * math.pi / 30.0, math.radians(tilt), math.radians(elevator)]) for rpm, tilt, elevator in GUESSES
-    ]
+    world = still_air() if environment is None else environment
+    if world["wind_ned"].any():
+        raise ValueError(f"environment: expected still air, got a wind of {world['wind_ned'][0]} m/s (see trim_steady)")
+    problem = LevelProblem(aircraft, airspeed, world)
+    fastest = no_load_speed(problem.vehicle)
+    starts = [np.array([share * fastest, math.radians(tilt), math.radians(down)]) for share, tilt, down in GUESSES]
     starts.sort(key=lambda start: abs(math.degrees(start[1]) - max(8.0, 90.0 - 4.0 * airspeed)))
     if near is not None:
         starts.insert(0, np.array([near.rotor_speed, near.tilt, near.elevator]))
@@ -233,14 +238,29 @@ def trim_level(
     )
 
 
-def trim_sweep(aircraft: Aircraft, airspeeds: Iterable[float], environment: np.ndarray | None = None) -> list[Trim]:
-    """Trims at several airspeeds [m/s], in the order given, each found from its neighbour from fast to slow.
+def trim_each(
+    aircraft: Aircraft, airspeeds: Iterable[float], environment: np.ndarray | None = None
+) -> list[Trim | TrimError]:
+    """Trims at several airspeeds [m/s], in the order given, or why there is none.
 
-    Raises TrimError at the first airspeed that has no trim.
+    Each is found from its neighbour, from fast to slow.
     """
     speeds = list(airspeeds)
-    found: dict[float, Trim] = {}
+    found: dict[float, Trim | TrimError] = {}
     near = None
     for airspeed in sorted(set(speeds), reverse=True):
-        near = found[airspeed] = trim_level(aircraft, airspeed, environment, near=near)
+        try:
+            near = found[airspeed] = trim_level(aircraft, airspeed, environment, near=near)
+        except TrimError as error:
+            found[airspeed] = error
     return [found[airspeed] for airspeed in speeds]
+
+
+def trim_sweep(aircraft: Aircraft, airspeeds: Iterable[float], environment: np.ndarray | None = None) -> list[Trim]:
+    """Trims at several airspeeds [m/s] as `trim_each` finds them. Raises TrimError where there is none."""
+    trims: list[Trim] = []
+    for each in trim_each(aircraft, airspeeds, environment):
+        if isinstance(each, TrimError):
+            raise each
+        trims.append(each)
+    return trims

@@ -170,6 +170,12 @@ def test_the_documented_units_are_all_those_of_the_dimensions_in_the_file() -> N
 @pytest.mark.parametrize(
     ("old", "new", "expected"),
     [
+        ("position  = { value = [0.45, 0.22, 0.28], unit", "position  = { value = [0.45, 0.22, -0.28], unit",
+         "contacts.0.position: expected z below the centre of mass, above 0 m, got -0.28 m"),
+        ("position       = { value = [-0.95, 0.0, -0.2], unit", "position       = { value = [0.95, 0.0, -0.2], unit",
+         "tail.vertical.position: expected x behind the centre of mass, below 0 m, got 0.95 m"),
+        ("stall_angle    = { value = 24.0, ", "stall_angle    = { value = 5.0, ",
+         "tail.vertical.stall_width: expected less than stall_angle, 5 deg, got 6 deg"),
         ('control     = "elevator"', 'control     = "tilt"',
          'servo_outputs.6: expected each to differ, got "tilt" twice'),
         ('name    = "outboard"', 'name    = "wetted"', 'wing.strips.2: expected each to differ, got "wetted" twice'),
@@ -186,7 +192,7 @@ def test_entries_that_contradict_each_other_are_named(tmp_path: Path, old: str, 
     text = SHIPPED.replace(old, new)
     line, _, message = _error(tmp_path, text).partition(": ")
     assert message == expected
-    assert text.split("\n")[int(line) - 1].strip().startswith(("[[", "y ", "span "))
+    assert text.split("\n")[int(line) - 1].strip().startswith(("[[", "y ", "span ", "position ", "stall_width "))
 
 
 def test_a_body_with_impossible_moments_of_inertia_is_refused(tmp_path: Path) -> None:
@@ -291,7 +297,7 @@ def test_writing_changes_the_named_numbers_and_their_source_and_nothing_else(cop
     assert spin_line.startswith('spin         = "left-handed"')
     assert spin_line.endswith("# of the right rotor: blades go up inboard")
     assert hub_line.index("unit") == old[_place("[rotors.wing]", "hub")].index("unit")  # columns stay
-    assert load_aircraft(copy).paper_slipstream
+    assert load_aircraft(copy).wing.slipstream == "paper"
     assert load_aircraft(copy).rotors.wing.blades == 3
 
 

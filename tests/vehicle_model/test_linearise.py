@@ -166,7 +166,7 @@ def synthetic() -> LinearModel:
     mix = np.eye(8) + 0.02 * np.random.default_rng(2).standard_normal((8, 8))
     a = mix @ np.asarray(block_diag(*blocks)) @ np.linalg.inv(mix)
     order = [names.index(name) for name in ("u", "v", "w", "p", "q", "r", "phi", "theta")]
-    return LinearModel(("u", "v", "w", "p", "q", "r", "phi", "theta"), a[np.ix_(order, order)], np.zeros(8), "rpm")
+    return LinearModel(("u", "v", "w", "p", "q", "r", "phi", "theta"), a[np.ix_(order, order)], np.zeros(8), "rpm", 0.1)
 
 
 def test_modes_are_named_by_the_states_that_take_part() -> None:
@@ -224,3 +224,8 @@ def test_poles_at_30_m_s_are_the_papers_within_2_percent(name: str) -> None:
 def test_phugoid_is_near_lanchesters() -> None:
     found = next(mode for mode in modes(THROTTLE) if mode.name == "phugoid")
     assert found.omega == pytest.approx(math.sqrt(2.0) * G / 30.0, rel=0.1)
+
+
+def test_in_hover_the_classical_names_are_not_given() -> None:
+    found = {mode.name for mode in modes(linearise(AIRCRAFT, trim_level(AIRCRAFT, 0.0)))}
+    assert found <= {"longitudinal", "lateral", "rotor"}

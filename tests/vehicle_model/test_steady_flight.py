@@ -148,3 +148,13 @@ def test_it_says_what_cannot_be_flown() -> None:
     weak = AIRCRAFT.with_values({"rotors.wing.motor.max_power": 0.2 * AIRCRAFT.rotors.wing.motor.max_power})
     with pytest.raises(TrimError, match=r"no steady flight at 0 m/s.*the (left|right) rotor takes .* N m"):
         trim_steady(weak, 0.0)
+
+
+def test_ahead_of_the_wing_the_tail_meets_no_downwash() -> None:
+    assert trim_steady(AIRCRAFT, 8.0, direction=math.pi).outputs["downwash_angle"] == 0.0
+    assert trim_steady(AIRCRAFT, 8.0).outputs["downwash_angle"] > 0.05
+
+
+def test_a_flight_that_is_no_number_is_refused() -> None:
+    with pytest.raises(TrimError, match="expected finite"):
+        trim_steady(AIRCRAFT, math.nan)

@@ -1,6 +1,7 @@
 """Level trim: equations (17)-(20) at every speed of the paper, its curves, and a clear word where there is none."""
 
 import math
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from vehicle_model.earth import make_environment
 from vehicle_model.integrate import observe
 from vehicle_model.records import OUTPUTS
 from vehicle_model.state import ELEVATOR, QUATERNION, RATES, ROTOR_SPEED, STATE_COUNT, TILT, VELOCITY
-from vehicle_model.trim import Trim, TrimError, still_air, trim_level, trim_sweep
+from vehicle_model.trim import Trim, TrimError, no_load_speed, still_air, trim_each, trim_level, trim_sweep
 
 AIRCRAFT = load_aircraft()
 CRAFT = AIRCRAFT.vehicle[0]
@@ -149,3 +150,34 @@ def test_it_says_clearly_that_nothing_balances() -> None:
     for bad in (math.nan, math.inf):
         with pytest.raises(TrimError, match="expected a finite airspeed"):
             trim_level(AIRCRAFT, bad)
+
+
+def test_wind_is_refused_for_level_trim_is_through_the_air() -> None:
+    windy = make_environment("flat", latitude=0.0, longitude=0.0, height_ellipsoid=0.0, wind_ned=(-8.0, 0.0, 0.0))
+    with pytest.raises(ValueError, match="expected still air"):
+        trim_level(AIRCRAFT, 20.0, windy)
+
+
+def test_a_sweep_says_where_there_is_no_trim_and_keeps_the_others() -> None:
+    found = trim_each(AIRCRAFT, [10.0, 200.0, 30.0])
+    assert [isinstance(each, Trim) for each in found] == [True, False, True]
+    assert "200 m/s" in str(found[1])
+    with pytest.raises(TrimError, match="200 m/s"):
+        trim_sweep(AIRCRAFT, [10.0, 200.0])
+
+
+@pytest.mark.parametrize("earth", ["round", "wgs84"])
+def test_the_whole_aircraft_trims_on_a_curved_earth_too(earth: Literal["round", "wgs84"]) -> None:
+    world = make_environment(earth, latitude=0.8, longitude=0.1, height_ellipsoid=0.0, ground_height=-1e6)
+    curved, flat = trim_level(AIRCRAFT, 30.0, world), trim_level(AIRCRAFT, 30.0)
+    assert curved.residual < 1e-9
+    # On the sphere the plumb line leans 0.1 deg from the normal, which thrust feels as a slope.
+    assert curved.rpm == pytest.approx(flat.rpm, rel=5e-3)
+    assert curved.tilt == pytest.approx(flat.tilt, rel=2e-2)
+
+
+def test_searches_are_scaled_by_the_motors_own_no_load_speed() -> None:
+    constant = AIRCRAFT.rotors.wing.motor.velocity_constant
+    fast = AIRCRAFT.with_values({"rotors.wing.motor.velocity_constant": 2.0 * constant})
+    assert no_load_speed(fast.vehicle) == pytest.approx(2.0 * no_load_speed(AIRCRAFT.vehicle))
+    assert trim_level(fast, 25.0).rpm == pytest.approx(trim_level(AIRCRAFT, 25.0).rpm, rel=1e-9)

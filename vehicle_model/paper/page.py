@@ -14,6 +14,7 @@ from vehicle_model.paper.discussion import (
     hover_tilt,
     literal_slipstream,
     pitching_moment,
+    propeller,
     step,
 )
 from vehicle_model.paper.printed import CALIBRATED_HOLD, PRINTED_DAMPING, TABLE_1
@@ -220,6 +221,11 @@ have: many random starts, then bounded least squares from the best. All other nu
 chosen beforehand. {limits}
 
 {parameter_table(results.aircraft)}
+
+**Lift slope.** The paper's 0.1 per degree (5.73 per radian) is a section's. Ours is that of strips of a finite wing;
+the fit moves it on, to {results.aircraft.wing.lift_slope:.2f}.
+
+**Propeller.** {propeller(results)}
 """
 
 

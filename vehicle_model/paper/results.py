@@ -9,6 +9,7 @@ from scipy.optimize import least_squares
 
 from vehicle_model.aircraft import Aircraft
 from vehicle_model.authority import Margins, hover_margins, thrust_to_weight
+from vehicle_model.earth import STANDARD_GRAVITY
 from vehicle_model.elevator_step import ElevatorStep, elevator_step
 from vehicle_model.linearise import HOLDS, Hold, LinearModel, Mode, linearise, modes
 from vehicle_model.paper.loads_by_part import (
@@ -19,11 +20,11 @@ from vehicle_model.paper.loads_by_part import (
 )
 from vehicle_model.paper.printed import CALIBRATED_HOLD, CRUISE_AIRSPEED
 from vehicle_model.steady_flight import trim_steady
-from vehicle_model.trim import Trim, TrimError, trim_level, trim_sweep
+from vehicle_model.trim import Trim, TrimError, trim_each, trim_sweep
 
 __all__ = ["STEP", "WIND", "Descent", "HoverBalance", "Results", "StepSummary", "compute", "fit_oscillation"]
 
-GRAVITY = 9.80665
+
 AIRSPEEDS = np.arange(31.0)
 STEP = math.radians(1.0)  # of the elevator in Fig. 11
 WIND = 8.0  # in which control in hover is asked for [m/s]
@@ -104,7 +105,7 @@ class Results:
     @property
     def weight(self) -> float:
         """[N]."""
-        return float(self.aircraft.vehicle["mass"][0]) * GRAVITY
+        return float(self.aircraft.vehicle["mass"][0]) * STANDARD_GRAVITY
 
     @property
     def cruise(self) -> Trim:
@@ -176,16 +177,8 @@ def _jump_ratios(aircraft: Aircraft, trims: list[Trim]) -> np.ndarray:
 
 
 def _trims_where_possible(aircraft: Aircraft) -> list[Trim | None]:
-    """Level trims at 0..30 m/s, None at airspeeds without one; each from its faster neighbour."""
-    found: list[Trim | None] = []
-    near = None
-    for airspeed in AIRSPEEDS[::-1]:
-        try:
-            near = trim_level(aircraft, float(airspeed), near=near)
-            found.append(near)
-        except TrimError:
-            found.append(None)
-    return found[::-1]
+    """Level trims at 0..30 m/s, None at airspeeds without one."""
+    return [each if isinstance(each, Trim) else None for each in trim_each(aircraft, AIRSPEEDS.tolist())]
 
 
 def _driven(aircraft: Aircraft, model: LinearModel, step: ElevatorStep) -> np.ndarray:

@@ -82,7 +82,7 @@ def table_1(results: Results) -> str:
                     shown,
                     f"{wanted:.4f}",
                     f"{ours:.4f}",
-                    f"{100 * (ours / wanted - 1):+.2f} %",
+                    f"{round(100 * (ours / wanted - 1), 2) + 0.0:+.2f} %",
                 )
             )
     return markdown(("", "printed", "from the printed eigenvalue", "ours", "error"), rows)

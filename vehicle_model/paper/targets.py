@@ -39,7 +39,7 @@ def _poles(results: Results) -> Iterator[Target]:
             yield Target(
                 f"{name.replace('_', ' ')}, {'real' if part == 'real' else 'imaginary'} part",
                 f"{wanted:.4f} ± {100 * POLE_TOLERANCE:.0f} %",
-                f"{found:.4f} ({100 * error:+.2f} %)",
+                f"{found:.4f} ({round(100 * error, 2) + 0.0:+.2f} %)",
                 abs(error) <= POLE_TOLERANCE,
             )
 
