@@ -150,13 +150,13 @@ def downwash_angle(force: Vector, air: Vector, area: float, density: float) -> f
     """
     if area <= 0.0:
         return 0.0
-    speed = math.sqrt(air[0] * air[0] + air[2] * air[2])
-    if speed < 1e-6:
+    square = air[0] * air[0] + air[2] * air[2]
+    if square < 1e-12:
         return 0.0
-    lift = (force[0] * air[2] - force[2] * air[0]) / speed
-    flow = density * area * speed * speed + math.sqrt(force[0] * force[0] + force[2] * force[2])
-    # Backwards through the air the tail flies ahead of the wing.
-    return lift / flow * max(air[0], 0.0) / speed
+    lift_times_speed = force[0] * air[2] - force[2] * air[0]
+    flow = density * area * square + math.sqrt(force[0] * force[0] + force[2] * force[2])
+    # Times the cosine of the angle of attack, none backwards: there the tail flies ahead of the wing.
+    return lift_times_speed * max(air[0], 0.0) / (square * flow)
 
 
 @compiled

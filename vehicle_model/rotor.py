@@ -96,6 +96,6 @@ def rotor_loads(rotor, speed: float, axial: float, edgewise: float, density: flo
     thrust = thrust_per_speed * abs(speed)
     profile = 0.125 * density * rotor.blades * rotor.blade_chord * rotor.radius * rotor.radius * rotor.profile_drag
     profile_torque = profile * tip_speed * math.sqrt(tip_speed * tip_speed + 9.3 * edgewise * edgewise)
-    turning = min(max(tip_speed / max(abs(axial), 1e-9), -1.0), 1.0)
+    turning = math.copysign(1.0, tip_speed) if abs(tip_speed) >= abs(axial) else tip_speed / abs(axial)
     torque = turning * thrust_per_speed * (rotor.induced_power_factor * induced - axial) + profile_torque
     return thrust, torque, induced
