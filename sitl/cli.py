@@ -50,6 +50,7 @@ class Options(NamedTuple):
     rate: int
     duration: float  # inf without end
     rerun: str
+    no_map: bool
     realtime_priority: bool
 
 
@@ -92,7 +93,11 @@ _application = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_e
 @_application.command(name=PROGRAM, context_settings={"help_option_names": ["-h", "--help"]})
 def _command(
     at: Annotated[
-        str, typer.Option(metavar="ground|trim:M/S|FILE", help="Begin on the ground, in level flight, or as in a file.")
+        str,
+        typer.Option(
+            metavar="ground|trim:AIRSPEED|FILE",
+            help="Begin on the ground, in level flight (airspeed in m/s), or as in a file.",
+        ),
     ] = "ground",
     link: Annotated[
         list[str] | None,
@@ -134,6 +139,9 @@ def _command(
     rerun: Annotated[
         str, typer.Option(metavar="web|spawn|connect:URL|save:FILE.rrd|off", help="Show the flight in Rerun.")
     ] = "off",
+    no_map: Annotated[
+        bool, typer.Option("--no-map", help="Leave out the viewer's map, whose tiles come from the internet.")
+    ] = False,
     realtime_priority: Annotated[
         bool, typer.Option("--realtime-priority", help="Run with SCHED_FIFO where the system permits it.")
     ] = False,
@@ -143,13 +151,18 @@ def _command(
         _refuse("--instance", f"expected a system id up to 255, got {sysid} + {instance}")
     if duration is not None and not math.isfinite(duration):
         _refuse("--duration", f"expected finite seconds, got {duration}")
+    factor = _speed(speed)
+    if lockstep and factor != 1.0:
+        _refuse("--lockstep", f"expected no --speed with it, for the outside controller drives time, got {speed}")
+    if lockstep and wait_servos:
+        _refuse("--lockstep", "expected no --wait-servos with it, for time always waits for the outside controller")
     return Options(
         at=at,
         links=tuple(link or ()),
         home=_home(home),
         wind=_wind(wind),
         earth=earth,
-        speed=_speed(speed),
+        speed=factor,
         seed=seed,
         aircraft=aircraft,
         system_id=sysid + instance,
@@ -161,6 +174,7 @@ def _command(
         rate=rate,
         duration=math.inf if duration is None else duration,
         rerun=rerun,
+        no_map=no_map,
         realtime_priority=realtime_priority,
     )
 

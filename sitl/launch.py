@@ -52,7 +52,7 @@ def fly(options: "Options") -> int:
 
             warm_up(status.say)
         simulation, start = _vehicle(options)
-        with open_viewer(options.rerun, simulation.aircraft) as viewer:
+        with open_viewer(options.rerun, simulation.aircraft, map=not options.no_map) as viewer:
 
             def tell(severity: int, text: str) -> None:
                 viewer.text(severity, text)

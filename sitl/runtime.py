@@ -41,7 +41,7 @@ class Runtime:
         clock: its pace; not used in lockstep, where each control message of the outside controller is one step.
         viewer, status: whom to show it to.
         duration: simulated seconds to fly.
-        wait_servos: hold time still until the first servo output.
+        wait_servos: hold time still until the first servo output; in lockstep it always is.
         lockstep: let an outside controller drive time.
     """
 
@@ -85,11 +85,11 @@ class Runtime:
         self._next_view = self._next_keepalive = begin
         self._next_report = begin + self._status.period
         try:
-            if self._wait_servos and not self._lockstep:
-                self._hold_until_servos()
             if self._lockstep:
                 self._fly_in_lockstep()
             else:
+                if self._wait_servos:
+                    self._hold_until_servos()
                 self._fly_by_clock()
         except FlightDivergedError:
             self._face.statustext(EMERGENCY, "Flight diverged: simulation stopped")
@@ -165,7 +165,8 @@ class Runtime:
         return self._seen
 
     def _attend(self, now: float) -> None:
-        """What is due by wall time: pictures, the links' own matters, a line for the terminal."""
+        """What is due by wall time: stale servos, pictures, the links' own matters, a line for the terminal."""
+        self._face.servo_input.watch(now)
         # A picture may be late by half its period, to show a moment that is looked at anyway.
         late = now - self._next_view
         if late >= 0.0 and (self._seen_tick == self._simulation.tick or late >= 0.5 * VIEWER_PERIOD):
@@ -180,12 +181,12 @@ class Runtime:
 
     def _report(self, now: float) -> Report:
         seen, source = self._look(), self._face.servo_input.source
-        place = "on the ground" if seen.on_ground else f"{-seen.position_ned[2]:.0f} m, {seen.airspeed:.1f} m/s"
-        held_by = "nobody" if source is None else f"system {source.system}"
+        place = "on ground" if seen.on_ground else f"{-seen.position_ned[2]:.0f} m {seen.airspeed:.1f} m/s"
+        held_by = "-" if source is None else source.system
         return Report(
             time=seen.time,
             wall_time=now,
-            state=f"{place}, tilt {math.degrees(seen.tilt):.0f} deg, servos: {held_by}",
+            state=f"{place} tilt {math.degrees(seen.tilt):.0f} servos {held_by}",
             late_ticks=self._clock.late_ticks,
             dropped_ticks=self._clock.dropped_ticks,
             links=self._face.statistics(),

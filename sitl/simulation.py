@@ -35,8 +35,13 @@ if TYPE_CHECKING:
 __all__ = ["FlightDivergedError", "Simulation"]
 
 
+# No state of an aircraft is larger in its SI unit; the equations' products of such states are still finite, so every
+# state that is shown has finite forces.
+BEYOND = 1e9
+
+
 class FlightDivergedError(ArithmeticError):
-    """The equations of motion gave a number that is not finite; the flight cannot go on."""
+    """The equations of motion gave a number that is not finite or beyond all bounds; the flight cannot go on."""
 
 
 class Simulation:
@@ -116,13 +121,14 @@ class Simulation:
     def advance(self, steps: int = 1) -> None:
         """Fly so many steps of 1/rate with the present controls.
 
-        Raises FlightDivergedError when the state stops being finite; it is then left as before the call.
+        Raises FlightDivergedError when the state stops being finite or leaves all bounds (1e9 in its SI unit); it is
+        then left as before the call.
         """
         state, before = self._state, self._before
         if not _fly(state, before, self._controls, self._vehicle, self.environment, self._step, steps):
-            broken = ", ".join(_not_finite(state, STATE_NAMES))
+            broken = ", ".join(name for name, value in zip(STATE_NAMES, state, strict=True) if not abs(value) <= BEYOND)
             state[:] = before
-            msg = f"flight diverged after t = {self.time:.4f} s: {broken} not finite"
+            msg = f"flight diverged after t = {self.time:.4f} s: {broken} beyond {BEYOND:g} or not finite"
             raise FlightDivergedError(msg)
         self.tick += steps
 
@@ -184,13 +190,13 @@ def _not_finite(array: np.ndarray, names: tuple[str, ...]) -> list[str]:
 
 @compiled
 def _fly(state, before, controls, vehicle, environment, dt: float, steps: int) -> bool:
-    """Advance the state (20,) and keep the one before; False if a value is no longer finite."""
+    """Advance the state (20,) and keep the one before; False if a value has left all bounds."""
     for k in range(STATE_COUNT):
         before[k] = state[k]
     advance(state, controls, vehicle, environment, dt, steps)
     finite = True
     for k in range(STATE_COUNT):
-        finite = finite and math.isfinite(state[k])
+        finite = finite and abs(state[k]) <= BEYOND  # not a number is not either
     return finite
 
 

@@ -2,18 +2,17 @@
 
 - `ground`: at home on its landing gear, wing up, motors off;
 - `trim:20`: level flight at 20 m/s true airspeed, 100 m above home;
-- FILE: as a TOML file says, all keys optional; see `StartFile` and docs/start-file.md.
+- FILE: as a TOML file says, all keys optional; see `sitl.start_file` and docs/start-file.md.
 """
 
 import math
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-import msgspec
 import numpy as np
 
+from sitl.start_file import RPM, TRIM_HEIGHT, StartError, read_start_file
 from vehicle_model.earth import gravitation, make_environment
 from vehicle_model.integrate import advance
 from vehicle_model.rotation import (
@@ -39,19 +38,13 @@ from vehicle_model.state import (
 if TYPE_CHECKING:
     from vehicle_model.aircraft import Aircraft
 
-__all__ = ["Start", "StartError", "StartFile", "read_start_file", "standing", "start_at", "trimmed"]
+__all__ = ["Start", "StartError", "described", "standing", "start_at", "trimmed"]
 
-TRIM_HEIGHT = 100.0  # above home [m]: room for a phugoid
 TILT_COMMAND = 3  # of the controls; the aileron and elevator commands follow
-RPM = 2.0 * math.pi / 60.0
 DOWN = np.array([0.0, 0.0, 1.0])
 SETTLING_STEP = 1.0 / 400.0  # [s]
 SETTLING_TIME = 5.0  # [s]
 CREEP = 0.05  # [m/s]; the gear's friction is viscous near rest (`vehicle_model.ground`), so in wind it creeps
-
-
-class StartError(ValueError):
-    """The flight cannot begin as asked for."""
 
 
 @dataclass(frozen=True)
@@ -61,25 +54,6 @@ class Start:
     state: np.ndarray
     controls: np.ndarray
     description: str
-
-
-Vector = tuple[float, float, float]
-Angle = Annotated[float, msgspec.Meta(ge=-360.0, le=360.0)]
-Throttle = Annotated[float, msgspec.Meta(ge=-1.0, le=1.0)]
-
-
-class StartFile(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
-    """A start as people write it: degrees and RPM, axes of home. What is not given is zero, or as said here."""
-
-    position_ned: Vector = (0.0, 0.0, -TRIM_HEIGHT)  # from home [m]
-    velocity_body: Vector = (0.0, 0.0, 0.0)  # relative to the Earth, forward, right, down [m/s]
-    attitude_deg: tuple[Angle, Angle, Angle] | None = None  # roll, pitch, yaw; level with the heading of home
-    rates_deg_s: Vector = (0.0, 0.0, 0.0)  # relative to the Earth, about the body axes
-    rotor_rpm: Vector = (0.0, 0.0, 0.0)  # left, right, tail
-    tilt_deg: Angle = 90.0
-    aileron_deg: tuple[Angle, Angle] = (0.0, 0.0)  # left, right
-    elevator_deg: Angle = 0.0
-    throttle: tuple[Throttle, Throttle, Throttle] = (0.0, 0.0, 0.0)  # left, right, tail
 
 
 def start_at(option: str, aircraft: "Aircraft", environment: np.ndarray, heading: float) -> Start:
@@ -101,9 +75,10 @@ def start_at(option: str, aircraft: "Aircraft", environment: np.ndarray, heading
         return trimmed(aircraft, environment, airspeed, heading)
     path = Path(option)
     if not path.is_file():
-        msg = f"{option}: expected ground, trim:AIRSPEED or the path of a start file, and there is no such file"
+        problem = "this is a folder" if path.is_dir() else "there is no such file"
+        msg = f"{option}: expected ground, trim:AIRSPEED or the path of a start file, and {problem}"
         raise StartError(msg)
-    return read_start_file(path, environment, heading)
+    return described(path, aircraft, environment, heading)
 
 
 def standing(aircraft: "Aircraft", environment: np.ndarray, heading: float) -> Start:
@@ -173,21 +148,12 @@ def trimmed(
     return Start(state, controls, f"level flight at {airspeed:g} m/s, {height:g} m above home")
 
 
-def read_start_file(path: Path, environment: np.ndarray, heading: float) -> Start:
-    """Start as a TOML file describes it (see `StartFile`); servos are commanded to where they stand.
+def described(path: Path, aircraft: "Aircraft", environment: np.ndarray, heading: float) -> Start:
+    """Start as a file describes it (`sitl.start_file.StartFile`), servos commanded to where they stand.
 
     Raises StartError with one line that names the file, the key and what was expected.
     """
-    try:
-        given = msgspec.convert(tomllib.loads(path.read_text(encoding="utf-8")), StartFile)
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        msg = f"{path}: cannot be read as TOML: {error}"
-        raise StartError(msg) from None
-    except msgspec.ValidationError as error:
-        problem, _, place = str(error).partition(" - at `$.")
-        key = place.rstrip("`")
-        msg = f"{path}: {key + ': ' if key else ''}{problem[:1].lower()}{problem[1:]}"
-        raise StartError(msg) from None
+    given = read_start_file(path, aircraft, environment)
     state, controls = blank_state(), blank_controls()
     roll, pitch, yaw = (0.0, 0.0, math.degrees(heading)) if given.attitude_deg is None else given.attitude_deg
     state[POSITION : POSITION + 3] = given.position_ned
@@ -201,9 +167,6 @@ def read_start_file(path: Path, environment: np.ndarray, heading: float) -> Star
     state[ELEVATOR] = math.radians(given.elevator_deg)
     controls[:TILT_COMMAND] = given.throttle
     controls[TILT_COMMAND:] = state[TILT : ELEVATOR + 1]
-    if not np.isfinite(state).all():
-        msg = f"{path}: expected finite numbers, got nan or inf"
-        raise StartError(msg)
     _rotate_with_earth(state, environment)
     return Start(state, controls, f"as in {path.name}")
 

@@ -15,6 +15,8 @@ __all__ = ["Report", "Status"]
 LIVE_PERIOD = 0.5  # [s], on a terminal
 LOG_PERIOD = 10.0  # [s], elsewhere
 CLEAR_LINE = "\r\x1b[K"
+LONG_FLIGHT = 1000.0  # [s], of which nobody looks at the tenths
+LOSSES = ("dropped", "malformed")
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,10 +72,10 @@ class Status:
             while (line := self._lines.get()) is not None:
                 report = self._report
                 if report is not None and report is not self._shown:
-                    text = describe(report, self._shown)
                     # A live line longer than the terminal is wide would wrap, and could not be rewritten.
-                    width = shutil.get_terminal_size().columns - 1
-                    self._stream.write(f"{CLEAR_LINE}{text[:width]}" if self._live else f"{text}\n")
+                    width = shutil.get_terminal_size().columns - 1 if self._live else None
+                    text = describe(report, self._shown, width)
+                    self._stream.write(f"{CLEAR_LINE}{text}" if self._live else f"{text}\n")
                     self._shown = report
                 if line:
                     self._stream.write(f"{CLEAR_LINE if self._live else ''}{line}\n")
@@ -86,19 +88,43 @@ class Status:
             return
 
 
-def describe(report: Report, before: Report | None) -> str:
-    """One line for a report; the real-time factor is that since the report before it."""
-    parts = [f"t {report.time:9.2f} s"]
+def describe(report: Report, before: Report | None, width: int | None = None) -> str:
+    """One line for a report; the real-time factor is that since the report before it.
+
+    Where the line would be longer than `width` characters the links are summed up; if that does not do, the end
+    of the state is cut.
+    """
+    flight = f"t {report.time:.{0 if report.time >= LONG_FLIGHT else 1}f} s"
     if before is not None and report.wall_time > before.wall_time:
         factor = (report.time - before.time) / (report.wall_time - before.wall_time)
-        parts.append(f"{factor:6.2f} x real time")
-    parts.append(f"late {report.late_ticks}")
+        flight += f" {factor:.{2 if factor < 10.0 else 0}f}x"
+    flight += f" late {report.late_ticks}"
     if report.dropped_ticks:
-        parts.append(f"dropped {report.dropped_ticks}")
+        flight += f" dropped {report.dropped_ticks}"
     if report.viewer_dropped:
-        parts.append(f"viewer dropped {report.viewer_dropped}")
-    parts.append(report.state)
-    for name, counters in report.links.items():
-        lost = "".join(f" {key} {counters[key]}" for key in ("dropped", "malformed") if counters.get(key))
-        parts.append(f"{name} tx {counters.get('tx', 0)} rx {counters.get('rx', 0)}{lost}")
-    return " | ".join(parts)
+        flight += f" viewer dropped {report.viewer_dropped}"
+    each = ", ".join(f"{_port(name)} {_traffic(counters)}" for name, counters in report.links.items())
+    line = f"{flight} | {each} | {report.state}"
+    if width is None or len(line) <= width:
+        return line
+    total = {key: sum(counters[key] for counters in report.links.values()) for key in ("tx", "rx", *LOSSES)}
+    return f"{flight} | {_traffic(total)} | {report.state}"[:width]
+
+
+def _port(link: str) -> str:
+    return link.partition(",")[0].rpartition(":")[2]
+
+
+def _traffic(counters: Mapping[str, int]) -> str:
+    """Messages sent and received, and what was lost if anything was."""
+    shown = ["tx", "rx", *(key for key in LOSSES if counters[key])]
+    return " ".join(f"{key} {_short(counters[key])}" for key in shown)
+
+
+def _short(count: int) -> str:
+    """A count in at most four characters up to 999 million: 730, 9.8k, 12k, 3.1M."""
+    value, unit = float(count), ""
+    for larger in ("k", "M"):
+        if value >= 999.5:
+            value, unit = value / 1e3, larger
+    return f"{value:.{1 if unit and value < 9.95 else 0}f}{unit}"

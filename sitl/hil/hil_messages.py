@@ -23,6 +23,8 @@ ALL_SENSORS = 0x1FFF  # HIL_SENSOR_UPDATED_FLAGS: accelerometer, gyro, magnetome
 FIX_3D = 3
 DILUTION = 100  # of precision, 1.00: an ideal receiver under an open sky
 SATELLITES = 16
+LEAST_COURSE_SPEED = 0.1  # over ground [m/s]; below it there is no course to speak of
+COURSE_UNKNOWN = 0xFFFF
 _DEGREES_E7 = math.degrees(1.0) * 1e7
 
 
@@ -88,8 +90,13 @@ def hil_sensor(snapshot: "Snapshot", context: "Context") -> tuple[Any, ...]:
 
 
 def hil_gps(snapshot: "Snapshot", _: "Context") -> tuple[Any, ...]:
-    """HIL_GPS of an ideal receiver: degE7, mm above mean sea level, cm/s, course and yaw in cdeg (36000 is north)."""
+    """HIL_GPS of an ideal receiver: degE7, mm above mean sea level, cm/s, course and yaw in cdeg.
+
+    A yaw of 36000 is north, a course of 65535 that of a vehicle that stands still.
+    """
     north, east, down = snapshot.velocity_ned
+    speed = math.hypot(north, east)
+    course = round(math.degrees(math.atan2(east, north)) * 100.0) % 36000
     return (
         round(snapshot.time * 1e6),
         FIX_3D,
@@ -98,11 +105,11 @@ def hil_gps(snapshot: "Snapshot", _: "Context") -> tuple[Any, ...]:
         round(snapshot.altitude_msl * 1e3),
         DILUTION,
         DILUTION,
-        round(math.hypot(north, east) * 100.0),
+        round(speed * 100.0),
         round(north * 100.0),
         round(east * 100.0),
         round(down * 100.0),
-        round(math.degrees(math.atan2(east, north)) * 100.0) % 36000,
+        course if speed >= LEAST_COURSE_SPEED else COURSE_UNKNOWN,
         SATELLITES,
         0,
         round(math.degrees(snapshot.yaw) * 100.0) % 36000 or 36000,

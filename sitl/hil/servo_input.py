@@ -2,7 +2,9 @@
 
 The messages (SERVO_OUTPUT_RAW, HIL_ACTUATOR_CONTROLS, HIL_CONTROLS) carry no target. So the first sender claims the
 servos and keeps them until it releases them or falls silent and another one speaks; everybody else is counted and
-ignored. Values that are no use never reach the model: not finite, the channel keeps its last; out of range, limited.
+ignored. A simulated vehicle streams SERVO_OUTPUT_RAW as telemetry, which is no claim; it is known by telling its true
+state, as no controller does. Values that are no use never reach the model: not finite, the channel keeps its last;
+out of range, limited.
 """
 
 import math
@@ -83,6 +85,8 @@ class ServoInput:
         self._ticks: deque[np.ndarray] = deque()
         self._last_tick_us: int | None = None
         self._repeat = False
+        self._vehicles: set[int] = set()  # systems
+        self._lockstep_explained = False
         # Place in the message, place in the controls, lowest normalised value, and the line from value to control.
         self._normalised = []
         for channel in channels:
@@ -95,7 +99,13 @@ class ServoInput:
 
     def servo_output_raw(self, port: int, pulses: Sequence[int], source: Source, wall_time: float) -> None:
         """SERVO_OUTPUT_RAW: pulse widths [us] of up to 16 channels; 0 and 65535 mean none. Port 0 only."""
-        if port != MAIN_PORT or not self._accepts(source, wall_time):
+        if port != MAIN_PORT:
+            return
+        # Who names a system by hand means it, whatever else that system sends.
+        if source.system in self._vehicles and source.system != self._system:
+            self.ignored += 1
+            return
+        if not self._may_drive(source) or not self._accepts(source, wall_time):
             return
         for channel in self._channels:
             pulse = pulses[channel.number - 1]
@@ -113,12 +123,18 @@ class ServoInput:
     ) -> None:
         """HIL_ACTUATOR_CONTROLS: normalised values of 16 channels; in lockstep, a tick or a repeated one.
 
+        In lockstep a holder that was silent for longer than the timeout and comes back with a smaller time has
+        started anew: its ticks count from there.
+
         `mode` as base mode: an autopilot that says it is disarmed (CUSTOM_MODE_ENABLED without SAFETY_ARMED) stops the
         motors and leaves the servos where they are, for the zeros it then sends mean nothing. Any other value is no
         statement about arming.
         """
+        was_silent = wall_time - self._last_heard > self._silence
         if not self._accepts(source, wall_time):
             return
+        if was_silent and self._last_tick_us is not None and time_us < self._last_tick_us:
+            self._last_tick_us = None
         if self._lockstep and not self._is_new_tick(time_us):
             self._repeat = True
             return
@@ -142,7 +158,7 @@ class ServoInput:
         Positive roll lowers the left aileron, positive pitch raises the elevator, positive yaw gives the left motor
         more than the right; `tilt` (aux1) and `tail` (aux2) are the normalised values of those channels.
         """
-        if not self._accepts(source, wall_time):
+        if not self._may_drive(source) or not self._accepts(source, wall_time):
             return
         roll, pitch, yaw, throttle = sticks
         lines = self._by_control
@@ -157,6 +173,10 @@ class ServoInput:
         ):
             if name in lines:
                 self._take(lines[name], value)
+
+    def simulated_vehicle(self, system: int) -> None:
+        """Take note that a system tells its true state: it is a vehicle like ours, and its outputs are its own."""
+        self._vehicles.add(system)
 
     def take_tick(self) -> bool:
         """In lockstep: True once for each tick, whose controls are then in `controls`."""
@@ -209,7 +229,7 @@ class ServoInput:
         return True
 
     def _claimed_by(self, source: Source, wall_time: float) -> bool:
-        if self._system is not None and source.system != self._system:
+        if not self._is_wanted(source):
             return False
         if self.source is not None and wall_time - self._last_heard <= self._silence:
             return False
@@ -217,9 +237,23 @@ class ServoInput:
         self._is_stale = False
         self._ticks.clear()
         self._last_tick_us = None
-        text = f"Servos taken by system {source.system} component {source.component} on {source.link}"
-        self._announce(SEVERITY_INFO, text)
+        # Without the host the text fits one STATUSTEXT, which holds 50 characters.
+        kind, *_, port = source.link.partition(",")[0].split(":")
+        self._announce(SEVERITY_INFO, f"Servos taken by {source.system}/{source.component} on {kind}:{port}")
         return True
+
+    def _is_wanted(self, source: Source) -> bool:
+        return self._system is None or source.system == self._system
+
+    def _may_drive(self, source: Source) -> bool:
+        """Whether outputs without a tick are any use; in lockstep they are not, and who sends them is told once."""
+        if not self._lockstep:
+            return True
+        self.ignored += 1
+        if self._is_wanted(source) and not self._lockstep_explained:
+            self._lockstep_explained = True
+            self._announce(SEVERITY_WARNING, "Lockstep needs HIL_ACTUATOR_CONTROLS")
+        return False
 
     def _is_new_tick(self, time_us: int) -> bool:
         """Whether controls with this time advance the vehicle; a time that was answered before never does again."""

@@ -190,7 +190,6 @@ class MavlinkFace:
                     link.rx += len(frames)
                     for frame in frames:
                         self._take(frame, link, peer, wall_time)
-        self.servo_input.watch(wall_time)
 
     def next_due(self) -> float:
         """Simulated time [s] at which the next periodic message is due."""

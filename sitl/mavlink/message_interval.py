@@ -17,7 +17,8 @@ from sitl.mavlink.service import Exchange, Sender
 __all__ = ["DEFAULT_RATES", "LinkStreams", "MessageIntervalService"]
 
 # Messages per second, as PX4 streams them in its modes "normal" (for ground stations) and "onboard" (for SDKs); of our
-# own are SYSTEM_TIME on both, HIL_STATE_QUATERNION, and NAMED_VALUE_FLOAT with the tilt angle.
+# own are SYSTEM_TIME on both, HIL_STATE_QUATERNION, and NAMED_VALUE_FLOAT with the tilt angle. What is due together is
+# sent in this order: HIL_STATE_QUATERNION first tells other simulated vehicles that our SERVO_OUTPUT_RAW is no claim.
 DEFAULT_RATES: Mapping[str, Mapping[str, float]] = {
     "normal": {
         "SYS_STATUS": 1.0,
@@ -27,11 +28,11 @@ DEFAULT_RATES: Mapping[str, Mapping[str, float]] = {
         "ATTITUDE_QUATERNION": 50.0,
         "LOCAL_POSITION_NED": 50.0,
         "GLOBAL_POSITION_INT": 50.0,
+        "HIL_STATE_QUATERNION": 50.0,
         "SERVO_OUTPUT_RAW": 50.0,
         "VFR_HUD": 4.0,
         "ALTITUDE": 1.0,
         "NAMED_VALUE_FLOAT": 4.0,
-        "HIL_STATE_QUATERNION": 50.0,
     },
     "onboard": {
         "SYS_STATUS": 5.0,
@@ -41,11 +42,11 @@ DEFAULT_RATES: Mapping[str, Mapping[str, float]] = {
         "ATTITUDE_QUATERNION": 50.0,
         "LOCAL_POSITION_NED": 30.0,
         "GLOBAL_POSITION_INT": 50.0,
+        "HIL_STATE_QUATERNION": 50.0,
         "SERVO_OUTPUT_RAW": 10.0,
         "VFR_HUD": 10.0,
         "ALTITUDE": 10.0,
         "NAMED_VALUE_FLOAT": 10.0,
-        "HIL_STATE_QUATERNION": 50.0,
     },
 }
 

@@ -26,7 +26,10 @@ def servo_output_raw(snapshot: Snapshot, context: Context) -> tuple[Any, ...]:
 
 
 def servo_input_handlers(servos: ServoInput) -> dict[int, Callable[[bytes, Source, float], None]]:
-    """By message id, what passes a payload, its source and the wall time on to `servos`."""
+    """By message id, what passes a payload, its source and the wall time on to `servos`.
+
+    The true state of other vehicles is among them: it says whose SERVO_OUTPUT_RAW is telemetry.
+    """
     raw, actuators, controls = codec("SERVO_OUTPUT_RAW"), codec("HIL_ACTUATOR_CONTROLS"), codec("HIL_CONTROLS")
     raw_unpack, actuators_unpack, controls_unpack = raw.unpack, actuators.unpack, controls.unpack
 
@@ -42,4 +45,13 @@ def servo_input_handlers(servos: ServoInput) -> dict[int, Callable[[bytes, Sourc
         _, roll, pitch, yaw, throttle, tilt, tail, *_ = controls_unpack(payload)
         servos.hil_controls((roll, pitch, yaw, throttle), tilt, tail, source, wall_time)
 
-    return {raw.id: on_servo_output_raw, actuators.id: on_hil_actuator_controls, controls.id: on_hil_controls}
+    def on_hil_state(_payload: bytes, source: Source, _wall_time: float) -> None:
+        servos.simulated_vehicle(source.system)
+
+    return {
+        raw.id: on_servo_output_raw,
+        actuators.id: on_hil_actuator_controls,
+        controls.id: on_hil_controls,
+        codec("HIL_STATE").id: on_hil_state,
+        codec("HIL_STATE_QUATERNION").id: on_hil_state,
+    }

@@ -26,6 +26,7 @@ SENSORS = (
     | mav.MAV_SYS_STATUS_SENSOR_BATTERY
 )
 NOT_MEASURED = -1
+MOST_ERRORS = 0xFFFF  # that errors_comm can hold
 
 
 def sys_status(snapshot: Snapshot, context: Context) -> tuple[Any, ...]:
@@ -47,7 +48,7 @@ def sys_status(snapshot: Snapshot, context: Context) -> tuple[Any, ...]:
         round(power / context.battery_voltage * 100.0),
         NOT_MEASURED,
         round(10000.0 * context.malformed / pieces) if pieces else 0,
-        context.malformed & 0xFFFF,
+        min(context.malformed, MOST_ERRORS),
         *(0, 0, 0, 0),
         *(0, 0, 0),
     )

@@ -23,7 +23,7 @@ __all__ = ["rerun_binary", "serve_web_viewer", "unused_port"]
 
 FILES = ("/", "/favicon.ico", "/apple-touch-icon.png", "/sw.js", "/re_viewer.js", "/re_viewer_bg.wasm")
 OWN_PAGE = "default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob:"  # as Rerun's page is written
-TILE_SERVERS = "https://*.openstreetmap.org https://api.mapbox.com"
+TILE_SERVERS = "https://*.openstreetmap.org"  # of the layout's map
 START_DEADLINE = 20.0  # s of wall time for Rerun's own server to come up
 
 

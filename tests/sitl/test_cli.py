@@ -7,10 +7,12 @@ import socket
 import subprocess
 import sys
 import time
+import urllib.request
 from collections.abc import Callable, Generator, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
+from urllib.error import URLError
 
 import pytest
 from pymavlink import mavutil
@@ -143,7 +145,7 @@ def test_in_real_time_simulated_time_keeps_up_with_the_wall_clock(station: Stati
 
 def test_a_diverging_flight_ends_with_one_line_and_no_garbage(station: Station, tmp_path: Path) -> None:
     file = tmp_path / "start.toml"
-    file.write_text("rates_deg_s = [1e80, 1e80, 1e80]\nvelocity_body = [1e80, 0, 0]\n")
+    file.write_text("rates_deg_s = [1e6, 1e6, 1e6]\nvelocity_body = [1e6, 0, 0]\n")
     with vehicle(station, "--at", str(file)) as process:
         out, err = process.communicate(timeout=DEADLINE)
     assert process.returncode == 1
@@ -152,6 +154,24 @@ def test_a_diverging_flight_ends_with_one_line_and_no_garbage(station: Station, 
     assert "Traceback" not in out
     told = station.wait_for("STATUSTEXT")
     assert "diverged" in told.text
+
+
+@pytest.mark.parametrize("arguments", [["--no-map"], []])
+def test_without_a_map_the_viewers_page_may_fetch_nothing_from_the_internet(
+    station: Station, arguments: list[str]
+) -> None:
+    with vehicle(station, "--rerun", "web", *arguments) as process:
+        assert process.stdout is not None
+        said = next(line for line in process.stdout if line.startswith("  watch"))
+        page = said.split()[1].partition("?")[0]
+        opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
+        policy = ""
+        end = time.monotonic() + DEADLINE
+        while not policy and time.monotonic() < end:  # the viewer follows the flight by a second or two
+            with suppress(URLError, ConnectionError), opener.open(page, timeout=5.0) as answer:
+                policy = answer.headers["Content-Security-Policy"]
+    outside = {source for source in policy.split() if source.startswith("https:")}
+    assert outside == (set() if arguments else {"https://*.openstreetmap.org"})
 
 
 @pytest.mark.parametrize(
@@ -172,6 +192,10 @@ def test_a_diverging_flight_ends_with_one_line_and_no_garbage(station: Station, 
         (["surprise"], "surprise"),
         (["--link", "serial:/dev/null"], "link 'serial:/dev/null': expected udpout:HOST:PORT"),
         (["--link", "udpout:127.0.0.1:65530", "-i", "9"], "expected a port below 65536 with instance 9, got 65539"),
+        (["--lockstep", "--speed", "2"], "'--lockstep': expected no --speed with it"),
+        (["--lockstep", "--speed", "max"], "'--lockstep': expected no --speed with it"),
+        (["--lockstep", "--wait-servos"], "'--lockstep': expected no --wait-servos with it"),
+        (["--at", str(ROOT)], "and this is a folder"),
         (["--at", "moon"], "moon: expected ground, trim:AIRSPEED or the path of a start file"),
         (["--aircraft", "no-such-aircraft.toml"], "no-such-aircraft.toml"),
         (["--rerun", "paper"], "viewer 'paper': expected web, spawn"),

@@ -53,7 +53,9 @@ class Flight:
             vehicle=aircraft.vehicle,
             speed=speed,
             unix_epoch=0.0,
+            on_text=lambda _, text: self.said.append((self.simulation.time, text)),
         )
+        self.said: list[tuple[float, str]] = []  # with the simulated time
         self.output = io.StringIO()
         self.status = Status(self.output)
         self.clock = Clock(speed, self.simulation.rate, monotonic=wall.monotonic, sleep=wall.sleep)
@@ -154,5 +156,20 @@ def test_servo_outputs_reach_the_model_and_stay_until_the_next(flight: Fly) -> N
     messages = flown.run()
     assert flown.simulation.controls[:2] == pytest.approx([0.3, 0.4], abs=1e-6)
     texts = [message.text for message in messages if message.get_type() == "STATUSTEXT"]
-    assert any("Servos taken by system 42" in text for text in texts)
+    assert any("Servos taken by 42/0" in text for text in texts)
     assert any("No servo outputs" in text for text in texts)
+
+
+@pytest.mark.parametrize("speed", [1.0, 5.0])
+def test_the_silence_of_a_controller_is_said_after_half_a_simulated_second_at_any_speed(
+    flight: Fly, speed: float
+) -> None:
+    flown = flight(Wall(), 2.0, speed)
+    vehicle = flown.face.sockets()[0].getsockname()[1]
+    frame = mav.MAVLink_hil_actuator_controls_message(0, [0.3] * 16, 129, 0).pack(mav.MAVLink(None, srcSystem=42))
+    flown.socket.sendto(frame, ("127.0.0.1", vehicle))
+    flown.run()
+    (taken, _), (silent, text) = flown.said
+    assert "No servo outputs for 0.5 s" in text
+    # A turn of the loop advances as many ticks as the speed is a multiple of real time.
+    assert silent - taken == pytest.approx(0.5, abs=2.0 * speed / 400)

@@ -133,11 +133,17 @@ def test_an_empty_start_file_begins_level_above_home_with_its_heading(aircraft: 
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("tilt = 3", "unknown field `tilt`"),
+        ("tilt = 3", "tilt: unknown key, expected one of position_ned, velocity_body"),
         ("tilt_deg = 'up'", "tilt_deg: expected `float`, got `str`"),
-        ("tilt_deg = 1000", "tilt_deg: expected `float` <= 360"),
+        ("tilt_deg = true", "tilt_deg: expected `float`, got `bool`"),
+        ("attitude_deg = [0, 0, 1000]", "attitude_deg[2]: expected `float` <= 360"),
         ("throttle = [0.1, 0.2]", "throttle: expected `array` of length 3, got 2"),
-        ("rotor_rpm = [nan, 0, 0]", "expected finite numbers"),
+        ("throttle = [0.1, 'full', 0]", "throttle[1]: expected `float`, got `str`"),
+        ("rotor_rpm = [0, nan, 0]", "rotor_rpm[1]: expected a number within +-1e+06, got nan"),
+        ("elevator_deg = inf", "elevator_deg: expected a number within +-1e+06, got inf"),
+        ("tilt_deg = 1" + "0" * 400, "tilt_deg: expected a number within +-1e+06, got more"),
+        ("velocity_body = [0, 0, 1e80]", "velocity_body[2]: expected a number within +-1e+06, got 1e+80"),
+        ("position_ned = [0, 0, 0.5]", "position_ned: expected a place above the ground, got one 0.5 m below it"),
         ("tilt_deg = = 3", "cannot be read as TOML"),
     ],
 )
@@ -152,6 +158,35 @@ def test_a_wrong_start_file_is_one_line_with_the_file_and_the_key(
     assert expected in message
     assert str(file) in message
     assert "\n" not in message
+
+
+def test_a_start_file_may_ask_for_what_the_aircraft_can_do_and_no_more(aircraft: Aircraft, tmp_path: Path) -> None:
+    tilt, aileron, _, elevator = aircraft.vehicle["servos"][0]
+    wing, _, tail = aircraft.vehicle["rotors"][0]
+    no_load_rpm = wing["battery_voltage"] / wing["torque_constant"] * 30.0 / math.pi
+    file = tmp_path / "edge.toml"
+    for form, place, limit in (
+        ("tilt_deg = {}", "tilt_deg", math.degrees(tilt["maximum"])),
+        ("tilt_deg = {}", "tilt_deg", math.degrees(tilt["minimum"])),
+        ("aileron_deg = [0, {}]", "aileron_deg[1]", math.degrees(aileron["minimum"])),
+        ("elevator_deg = {}", "elevator_deg", math.degrees(elevator["maximum"])),
+        ("rotor_rpm = [{}, 0, 0]", "rotor_rpm[0]", no_load_rpm),
+        ("throttle = [0, 0, {}]", "throttle[2]", float(tail["min_throttle"])),
+    ):
+        file.write_text(form.format(limit))
+        start_at(str(file), aircraft, world(), HEADING)
+        beyond = limit + math.copysign(1e-3, limit)
+        file.write_text(form.format(beyond))
+        with pytest.raises(StartError) as refusal:
+            start_at(str(file), aircraft, world(), HEADING)
+        message = str(refusal.value)
+        assert message.startswith(f"{file}: {place}: expected ")
+        assert f"{limit:.6g}" in message
+
+
+def test_a_folder_is_no_start_file_and_said_to_be_one(aircraft: Aircraft, tmp_path: Path) -> None:
+    with pytest.raises(StartError, match="a start file, and this is a folder"):
+        start_at(str(tmp_path), aircraft, world(), HEADING)
 
 
 @pytest.mark.parametrize("option", ["trim:fast", "trim:", "trim:-3", "trim:nan", "nowhere.toml", "air"])

@@ -120,6 +120,12 @@ def test_hil_gps(context: Context) -> None:
     assert 4 <= m.satellites_visible < 255
 
 
+def test_hil_gps_has_no_course_below_a_tenth_of_a_metre_per_second(context: Context) -> None:
+    creeping = sent("HIL_GPS", moment(velocity_ned=(-0.06, 0.07, -3.0)), context)
+    assert (creeping.cog, creeping.vel, creeping.vn, creeping.ve, creeping.vd) == (65535, 9, -6, 7, -300)
+    assert sent("HIL_GPS", moment(velocity_ned=(-0.08, 0.08, -3.0)), context).cog == 13500
+
+
 def test_hil_gps_yaw_north_is_36000_because_0_means_unknown(context: Context) -> None:
     assert sent("HIL_GPS", moment(yaw=0.0), context).yaw == 36000
     assert sent("HIL_GPS", moment(yaw=-math.pi / 2), context).yaw == 27000

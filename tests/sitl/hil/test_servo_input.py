@@ -156,7 +156,31 @@ def test_the_first_sender_holds_the_servos_and_the_pilot_is_told(aircraft: Aircr
     actuators(made, {"throttle_left": 0.9}, ALICE._replace(link="tcpin:5760"))
     assert (made.source, made.controls[0]) == (ALICE, 0.5)
     assert (made.taken, made.ignored) == (1, 2)
-    assert said == ["Servos taken by system 255 component 190 on udpin:14550"]
+    assert said == ["Servos taken by 255/190 on udpin:14550"]
+
+
+def test_what_is_said_of_a_claim_fits_one_status_text_however_long_the_link(aircraft: Aircraft) -> None:
+    made, said = servos(aircraft)
+    link = "udpout:a-computer-with-a-long-name.example.org:14561,onboard"
+    actuators(made, {}, Source(200, 191, link))
+    assert said == ["Servos taken by 200/191 on udpout:14561"]
+    assert len(said[0]) <= 50
+
+
+def test_the_servo_telemetry_of_another_simulated_vehicle_is_no_claim(aircraft: Aircraft) -> None:
+    made, said = servos(aircraft)
+    made.simulated_vehicle(BOB.system)
+    made.servo_output_raw(0, [1500] * 16, BOB, 0.0)
+    assert (made.source, made.ignored, said) == (None, 1, [])
+    made.servo_output_raw(0, [1500] * 16, ALICE, 0.0)  # an autopilot that tells no true state
+    assert made.source == ALICE
+
+
+def test_a_simulated_vehicle_named_by_hand_may_drive_by_its_telemetry(aircraft: Aircraft) -> None:
+    made, _ = servos(aircraft, system=BOB.system)
+    made.simulated_vehicle(BOB.system)
+    made.servo_output_raw(0, [1500] * 16, BOB, 0.0)
+    assert made.source == BOB
 
 
 def test_a_silent_holder_loses_the_servos_to_the_next_who_speaks(aircraft: Aircraft) -> None:
@@ -274,6 +298,35 @@ class TestLockstep:
         made, _ = servos(aircraft, lockstep=True)
         self.ticks(made, 2500, 5000)
         actuators(made, {}, BOB, time_us=made.time_us, wall=10.0)
+        assert made.take_tick()
+
+    def test_a_controller_that_starts_anew_and_counts_from_the_start_again_goes_on(self, aircraft: Aircraft) -> None:
+        made, _ = servos(aircraft, lockstep=True, timeout=0.5)
+        self.ticks(made, *range(2500, 100_001, 2500))
+        stood = made.time_us
+        advanced = []
+        for time_us in (2500, 5000, 7500):
+            actuators(made, {}, time_us=time_us, wall=10.0)
+            advanced.append(made.take_tick())
+        # Its first message is answered with the time, the others are ticks.
+        assert advanced == [False, True, True]
+        assert made.time_us == stood
+
+    def test_a_holder_that_only_paused_and_repeats_itself_gets_no_second_step(self, aircraft: Aircraft) -> None:
+        made, _ = servos(aircraft, lockstep=True, timeout=0.5)
+        self.ticks(made, 2500, 5000)
+        actuators(made, {}, time_us=5000, wall=10.0)
+        assert not made.take_tick()
+        assert made.take_repeat()
+
+    def test_outputs_without_a_tick_claim_nothing_and_their_sender_is_told_once(self, aircraft: Aircraft) -> None:
+        made, said = servos(aircraft, lockstep=True)
+        for _ in range(3):
+            made.servo_output_raw(0, [1500] * 16, ALICE, 0.0)
+            made.hil_controls((0.0, 0.0, 0.0, 0.5), 0.0, 0.0, BOB, 0.0)
+        assert (made.source, made.ignored) == (None, 6)
+        assert said == ["Lockstep needs HIL_ACTUATOR_CONTROLS"]
+        actuators(made, {"throttle_left": 0.5}, ALICE)
         assert made.take_tick()
 
     def test_silence_is_no_event(self, aircraft: Aircraft) -> None:

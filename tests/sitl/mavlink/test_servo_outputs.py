@@ -1,5 +1,6 @@
 """Servo outputs of an outside controller over real UDP: claimed, released, and driving time in lockstep."""
 
+import contextlib
 from collections.abc import Callable
 from typing import Any
 
@@ -35,7 +36,50 @@ def test_servo_outputs_over_the_wire_reach_the_controls(ground: Make, kind: str)
     assert made.face.servo_input.source[:2] == (255, 190)
     assert made.face.servo_input.controls[:2].tolist() == pytest.approx([0.5, 0.5])
     made.until(lambda: client.of("STATUSTEXT"))
-    assert client.of("STATUSTEXT")[0].text.startswith("Servos taken by system 255 component 190")
+    assert client.of("STATUSTEXT")[0].text.startswith("Servos taken by 255/190 on udpin:")
+
+
+@pytest.mark.parametrize("streams", ["normal", "onboard"])
+def test_two_vehicles_behind_one_router_leave_each_other_alone(
+    ground: Make, streams: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A client of both passes on, from the very first datagram, all that each of them says."""
+    monkeypatch.setattr("sitl.mavlink.links.ONBOARD_PORTS", range(1 << 16) if streams == "onboard" else ())
+    one, other = ground(system_id=1), ground(system_id=2)
+    ends = one.heard(one.client()), other.heard(other.client())
+    for tick in range(400):
+        for made in (one, other):
+            made.wall = tick / 400
+            made.face.publish(made.at(tick / 400), made.wall)
+        for end, opposite in (ends, ends[::-1]):
+            with contextlib.suppress(BlockingIOError):
+                while True:
+                    data = end.socket.recv(65536)
+                    opposite.socket.send(data)
+                    end.received += end.mav.parse_buffer(data) or []
+        one.face.receive(one.wall)
+        other.face.receive(other.wall)
+    for made, end in zip((one, other), ends, strict=True):
+        assert end.of("SERVO_OUTPUT_RAW")
+        assert made.face.servo_input.source is None
+    one.until(lambda: one.face.servo_input.ignored == len(ends[1].of("SERVO_OUTPUT_RAW")))
+    assert one.face.servo_input.source is None
+
+
+@pytest.mark.parametrize(
+    ("kind", "attitude"), [("HIL_STATE", [0.0] * 3), ("HIL_STATE_QUATERNION", [[1.0, 0.0, 0.0, 0.0]])]
+)
+def test_who_tells_a_true_state_makes_no_claim_by_its_servo_telemetry(
+    ground: Make, kind: str, attitude: list[Any]
+) -> None:
+    made = ground()
+    vehicle = made.client(system=7, component=1)
+    message = getattr(mav, f"MAVLink_{kind.lower()}_message")
+    rest = [0] * (len(message.fieldnames) - 1 - len(attitude))
+    vehicle.send(message(0, *attitude, *rest))
+    vehicle.send(mav.MAVLink_servo_output_raw_message(0, 0, *[1500] * 8))
+    made.until(lambda: made.face.servo_input.ignored)
+    assert made.face.servo_input.source is None
 
 
 def test_servos_are_released_by_command_of_the_holder_only(ground: Make) -> None:

@@ -145,6 +145,11 @@ def test_sys_status(moment: Moment, context: Context, aircraft: Aircraft) -> Non
     assert (m.drop_rate_comm, m.errors_comm) == (2500, 100)
 
 
+def test_link_errors_stop_at_the_most_their_field_holds(moment: Moment, context: Context) -> None:
+    context.malformed = 65536 + 7
+    assert sent("SYS_STATUS", moment(), context).errors_comm == 65535
+
+
 def test_system_time_is_utc_and_time_since_start(moment: Moment, context: Context) -> None:
     m = sent("SYSTEM_TIME", moment(), context)
     assert (m.time_unix_usec, m.time_boot_ms) == (round((EPOCH + 12.3475) * 1e6), 12348)
