@@ -94,6 +94,17 @@ def _connects(host: str, port: int | None) -> bool:
         return probe.connect_ex((host, port or 0)) == 0
 
 
+def _serves(port: int) -> bool:
+    """Whether a server at this port answers in HTTP/2, as gRPC does; a port can accept before its server is there."""
+    preface, settings = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n", b"\0\0\0\4\0\0\0\0\0"
+    try:
+        with socket.create_connection(("127.0.0.1", port), timeout=1.0) as probe:
+            probe.sendall(preface + settings)
+            return len(probe.recv(9)) > 0
+    except OSError:
+        return False
+
+
 def _other_address() -> str | None:
     """An address of this machine that is not loopback, if it has one."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
@@ -112,7 +123,7 @@ def test_connect_delivers_the_flight_to_a_running_rerun(
     command = [rerun_binary(), "--save", str(file), "--port", str(port), "--bind", "127.0.0.1"]
     rerun = subprocess.Popen(command, stderr=subprocess.DEVNULL, env={**os.environ, "CI": "1"})
     try:
-        wait_until(lambda: _connects("127.0.0.1", port), "Rerun listens")
+        wait_until(lambda: _serves(port), "Rerun serves")
         viewer = open_viewer(f"connect:rerun+http://127.0.0.1:{port}/proxy", aircraft, map=False)
         for snapshot in flight:
             viewer.offer(snapshot)
