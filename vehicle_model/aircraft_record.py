@@ -12,11 +12,10 @@ import numpy.typing as npt
 from vehicle_model.aircraft_tables import (
     AircraftTables,
     Contact,
-    HorizontalTail,
     Rotor,
+    Section,
     Servo,
     Strip,
-    VerticalTail,
     Wing,
 )  # fmt: skip
 from vehicle_model.records import CONTACT, ROTOR, SERVO, SURFACE, VEHICLE
@@ -33,7 +32,6 @@ _AILERON = {_LEFT: 1, _RIGHT: 2}  # servos in the order of VEHICLE
 _ELEVATOR = 3
 
 _Vector = tuple[float, float, float]
-_Section = Wing | HorizontalTail | VerticalTail  # what has the lift and drag curves of a section
 
 
 def surface_names(tables: AircraftTables) -> tuple[str, ...]:
@@ -219,7 +217,7 @@ def _paper_lift_slope(incidence: float) -> float:
 
 
 def _surface(
-    section: _Section,
+    section: Section,
     *,
     position: _Vector,
     area: float,
@@ -258,14 +256,14 @@ def _surface(
     )
 
 
-def _stall(section: _Section) -> dict[str, float]:
+def _stall(section: Section) -> dict[str, float]:
     """Where flow separates: from `stall_width` below the stall angle to as much above it, as sines."""
     first = math.sin(section.stall_angle - section.stall_width)
     last = math.sin(min(section.stall_angle + section.stall_width, math.pi / 2.0))
     return {"stall_sine": first, "stall_sine_span": last - first}
 
 
-def _max_lift_angle(section: _Section) -> float:
+def _max_lift_angle(section: Section) -> float:
     curve = np.zeros(1, SURFACE)
     curve["lift_slope"], curve["plate_lift"] = section.lift_slope, section.plate_lift
     for name, value in _stall(section).items():

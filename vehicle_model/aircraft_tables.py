@@ -12,7 +12,7 @@ from vehicle_model.aircraft_schema import Quantity
 
 __all__ = [
     "AircraftTables", "Battery", "Contact", "Elevator", "Fuselage", "HorizontalTail", "MassProperties", "Motor",
-    "Rotor", "Rotors", "Servo", "ServoOutput", "Servos", "Shapes", "Strip", "Tail", "VerticalTail", "Wing",
+    "Rotor", "Rotors", "Section", "Servo", "ServoOutput", "Servos", "Shapes", "Strip", "Tail", "VerticalTail", "Wing",
 ]  # fmt: skip
 
 Vector = tuple[float, float, float]
@@ -49,7 +49,19 @@ class Strip(msgspec.Struct, frozen=True):
     aileron: bool
 
 
-class Wing(msgspec.Struct, frozen=True):
+class Section(msgspec.Struct, frozen=True):
+    """Lift and drag curves of a wing or tail section, from attached to separated flow."""
+
+    lift_slope: LiftSlope  # attached flow: CL = lift_slope sin alpha
+    stall_angle: StallAngle  # middle of the blend from attached to separated flow
+    stall_width: StallWidth  # half width of that blend
+    plate_lift: PlateLift  # separated flow: CL = plate_lift sin 2 alpha
+    plate_drag: PlateDrag  # separated flow: CD = zero_lift_drag + plate_drag sin^2 alpha
+    zero_lift_drag: ZeroLiftDrag
+    induced_drag: InducedDrag  # attached flow: CD = zero_lift_drag + induced_drag CL^2
+
+
+class Wing(Section, frozen=True):
     """The tilting wing. Wing axes: origin at the pivot, x along the propeller axes, body axes at tilt 0."""
 
     span: Annotated[float, Quantity("m", 0.2, 20)]
@@ -60,13 +72,6 @@ class Wing(msgspec.Struct, frozen=True):
     quarter_chord_x: Annotated[float, Quantity("m", -1, 1)]  # quarter-chord line in wing axes, ahead of the pivot
     quarter_chord_z: Annotated[float, Quantity("m", -1, 1)]  # below the pivot
     dihedral: Annotated[float, Quantity("deg", -10, 10)]
-    lift_slope: LiftSlope
-    stall_angle: StallAngle  # middle of the blend from attached to separated flow
-    stall_width: StallWidth  # half width of that blend
-    plate_lift: PlateLift  # separated flow: CL = plate_lift sin 2 alpha
-    plate_drag: PlateDrag  # separated flow: CD = zero_lift_drag + plate_drag sin^2 alpha
-    zero_lift_drag: ZeroLiftDrag
-    induced_drag: InducedDrag  # attached flow: CD = zero_lift_drag + induced_drag CL^2
     aileron_effectiveness: Effectiveness  # change of angle of attack per aileron angle
     slipstream: Literal["vector", "paper"]  # vector sum of free stream and wake, or eqs (9)-(11) to the letter
     wake_factor: Annotated[float, Quantity("1", 0, 2)]  # k in V + k v_i n: 1 at the disk, 2 in the far wake
@@ -119,37 +124,23 @@ class Battery(msgspec.Struct, frozen=True):
     voltage: Annotated[float, Quantity("V", 3, 1000)]
 
 
-class HorizontalTail(msgspec.Struct, frozen=True):
+class HorizontalTail(Section, frozen=True):
     """Tailplane with the elevator."""
 
     position: Position  # quarter point of its middle chord
     area: Annotated[float, Quantity("m^2", 0.001, 10)]
     span: Annotated[float, Quantity("m", 0.05, 10)]
     incidence: Incidence
-    lift_slope: LiftSlope
-    stall_angle: StallAngle
-    stall_width: StallWidth
-    plate_lift: PlateLift
-    plate_drag: PlateDrag
-    zero_lift_drag: ZeroLiftDrag
-    induced_drag: InducedDrag
     elevator_effectiveness: Effectiveness  # change of angle of attack per elevator angle
     downwash_factor: Annotated[float, Quantity("1", 0, 3)]  # times the wing's momentum downwash
 
 
-class VerticalTail(msgspec.Struct, frozen=True):
+class VerticalTail(Section, frozen=True):
     """Fin."""
 
     position: Position  # quarter point of its middle chord
     area: Annotated[float, Quantity("m^2", 0.001, 10)]
     height: Annotated[float, Quantity("m", 0.05, 5)]
-    lift_slope: LiftSlope
-    stall_angle: StallAngle
-    stall_width: StallWidth
-    plate_lift: PlateLift
-    plate_drag: PlateDrag
-    zero_lift_drag: ZeroLiftDrag
-    induced_drag: InducedDrag
 
 
 class Tail(msgspec.Struct, frozen=True):
