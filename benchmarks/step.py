@@ -29,27 +29,19 @@ BATCH = 10_000
 
 
 def cessna() -> Callable[[], object]:
-    """The step of JSBSim's C172, which its autopilot keeps level at 4000 ft with the engine running."""
+    """The step of JSBSim's C172 in the cruise that ships with it as a script: autopilot on, engine running."""
     os.environ["JSBSIM_DEBUG"] = "0"
     fdm = jsbsim.FGFDMExec(None)
     with tempfile.TemporaryDirectory() as folder:  # the model opens a file for its own output
         fdm.set_output_path(folder)
-        fdm.load_model("c172x")
-        fdm["ic/h-sl-ft"] = 4000.0
-        fdm["ic/vc-kts"] = 100.0
-        fdm["fcs/mixture-cmd-norm"] = 1.0
-        fdm["fcs/throttle-cmd-norm"] = 0.65
+        fdm.load_script("scripts/c172_cruise_8K.xml")
         if not fdm.run_ic():
-            raise RuntimeError("JSBSim could not start the c172x in flight")
+            raise RuntimeError("JSBSim could not start its script c172_cruise_8K")
     fdm.disable_output()
-    fdm["propulsion/set-running"] = -1
-    fdm["ap/altitude_setpoint"] = 4000.0
-    fdm["ap/altitude_hold"] = 1
-    fdm["ap/attitude_hold"] = 1
-    for _ in range(1200):
+    for _ in range(3000):  # past the script's gusts and changes of set point
         fdm.run()
-    if not 3500.0 < fdm["position/h-sl-ft"] < 4500.0:
-        raise RuntimeError("JSBSim's c172x does not hold its altitude: the figure would not be one of cruise")
+    if not 3500.0 < fdm["position/h-sl-ft"] < 9000.0:
+        raise RuntimeError("JSBSim's C172 does not hold its altitude: the figure would not be one of cruise")
     return fdm.run
 
 
@@ -79,7 +71,8 @@ def world(earth: Literal["flat", "wgs84"]) -> np.ndarray:
 
 def against_peer(vehicle: np.ndarray, trim: Trim, environment: np.ndarray) -> tuple[list[Figure], float]:
     """A step called from Python and its ratio to JSBSim's; and our steps per second."""
-    earth = "flat Earth" if environment["earth"][0] == 0 else "WGS-84"
+    is_flat = environment["earth"][0] == 0  # as in the paper and in the process unless told otherwise
+    earth = "flat Earth" if is_flat else "WGS-84"
     state = trim.state.copy()
     ours, theirs = partial(rk4_step, state, trim.controls, vehicle, environment, DT), cessna()
     ours()
@@ -92,8 +85,9 @@ def against_peer(vehicle: np.ndarray, trim: Trim, environment: np.ndarray) -> tu
     mine = statistics.median(own)
     return [
         Figure(f"RK4 step, full vehicle, {earth}, called from Python", mine * 1e6, "us", at_most=True,
-               peer="JSBSim c172x", peer_value=statistics.median(peer) * 1e6),
-        Figure(f"times faster than JSBSim's C172 step, {earth} (median of pairs)", ratio, "x", goal=3.5),
+               peer="JSBSim c172_cruise_8K", peer_value=statistics.median(peer) * 1e6),
+        Figure(f"times faster than JSBSim's C172 step, {earth} (median of pairs)", ratio, "x",
+               goal=3.5 if is_flat else None),
     ], 1.0 / mine  # fmt: skip
 
 

@@ -17,7 +17,7 @@ import numba
 import numpy as np
 from numba.core import config
 
-__all__ = ["CACHE_FOLDER", "WARM_MARK", "compiled", "is_warm", "source_hash"]
+__all__ = ["CACHE_FOLDER", "WARM_MARK", "compiled", "compiled_loop", "is_warm", "source_hash"]
 
 _CORE = Path(__file__).resolve().parent
 
@@ -81,6 +81,10 @@ if TYPE_CHECKING:
         """Compile a function of the numeric core; the type checker sees the plain function."""
         return function
 
+    def compiled_loop(function: _F) -> _F:
+        """Compile a function that runs for long; the type checker sees the plain function."""
+        return function
+
 else:
 
     def compiled(function: Any) -> Any:
@@ -91,12 +95,20 @@ else:
         lets small functions cost nothing: without it an array handed from one to the next is counted in and out
         atomically, a fifth of the time of a step.
         """
+        return _compile(function, releases_gil=False)
+
+    def compiled_loop(function: Any) -> Any:
+        """As `compiled`, for what runs so long that other threads should: it lets go of the interpreter meanwhile."""
+        return _compile(function, releases_gil=True)
+
+    def _compile(function: Any, *, releases_gil: bool) -> Any:
         folder = _cache_folder(Path(function.__code__.co_filename).resolve().parent)
         # Numba picks a function's cache folder as it wraps it. Setting the folder for just that moment leaves other
         # users of Numba in this process alone, and works however early they imported it.
         outer, config.CACHE_DIR = config.CACHE_DIR, str(folder)
         try:
-            return numba.njit(cache=folder is not None, error_model="numpy", nogil=True, forceinline=True)(function)
+            settings = {"error_model": "numpy", "nogil": releases_gil, "forceinline": True}
+            return numba.njit(cache=folder is not None, **settings)(function)
         finally:
             config.CACHE_DIR = outer
 

@@ -6,7 +6,7 @@ takes one right-hand side a step, error of order dt^2: for large batches at smal
 
 import numpy as np
 
-from vehicle_model.compiled import compiled
+from vehicle_model.compiled import compiled, compiled_loop
 from vehicle_model.dynamics import derivative
 from vehicle_model.loads import describe_parts
 from vehicle_model.records import OUTPUTS
@@ -46,7 +46,7 @@ def runge_kutta(state, controls, vehicle, environment, dt: float, outputs, work)
     normalise(state)
 
 
-@compiled
+@compiled_loop
 def advance(state, controls, vehicle, environment, dt: float, steps: int) -> None:
     """Fly `steps` RK4 steps of `dt` seconds in place with the controls held; state (20,), controls (7,)."""
     outputs = np.empty(1, OUTPUTS)
@@ -58,10 +58,12 @@ def advance(state, controls, vehicle, environment, dt: float, steps: int) -> Non
 @compiled
 def rk4_step(state, controls, vehicle, environment, dt: float) -> None:
     """One RK4 step of `dt` seconds in place."""
-    advance(state, controls, vehicle, environment, dt, 1)
+    outputs = np.empty(1, OUTPUTS)
+    work = np.empty((3, STATE_COUNT))
+    runge_kutta(state, controls, vehicle, environment, dt, outputs, work)
 
 
-@compiled
+@compiled_loop
 def advance_ab2(state, controls, vehicle, environment, dt: float, steps: int) -> None:
     """Fly `steps` Adams-Bashforth 2 steps in place, started by one step of Heun's method."""
     outputs = np.empty(1, OUTPUTS)
@@ -84,7 +86,7 @@ def advance_ab2(state, controls, vehicle, environment, dt: float, steps: int) ->
         normalise(state)
 
 
-@compiled
+@compiled_loop
 def advance_batch(states, controls, vehicle, environment, dt: float, steps: int) -> None:
     """Fly many vehicles of one kind in place: states (n, 20), controls (n, 7), RK4, each as `advance` would."""
     outputs = np.empty(1, OUTPUTS)
@@ -108,7 +110,7 @@ def observe(state, controls, vehicle, environment, outputs, rate) -> None:
     describe_parts(state, vehicle[0], out)
 
 
-@compiled
+@compiled_loop
 def time_history(state, schedule, vehicle, environment, dt: float, every: int, history) -> None:
     """Fly through a schedule of controls (n, 7), one row a step; store the state before every `every`-th step.
 
