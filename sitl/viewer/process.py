@@ -31,6 +31,7 @@ LIVE_BLOCK_SECONDS = 0.4
 BLOCK_ROWS = 50
 FRAMES_AHEAD = 200  # between the pipe and Rerun; more wait in the pipe and with the flight
 FLUSH_DEADLINE = 15.0  # s; the flight, which has less patience, ends us sooner; without it Rerun would wait for ever
+DISCONNECT_DEADLINE = 5.0  # s
 WINDOW_DEADLINE = 15.0  # s for a viewer window to open
 SERVER_MEMORY = "512MB"  # the web viewer's history; the oldest goes first
 
@@ -53,8 +54,11 @@ def main() -> None:
     scene.begin()
     _show(scene, frames, BLOCK_SECONDS.get(setup["kind"], LIVE_BLOCK_SECONDS))
     recording.flush(timeout_sec=FLUSH_DEADLINE)
-    if setup["kind"] == "save":
-        recording.disconnect()  # writes the file's index; with a network sink it could hang
+    # Writes a file's index and closes a connection in order: cut off at the process's end, the peer may throw away what
+    # it has not read. With a frozen peer it hangs, so it gets a thread to hang in.
+    last = threading.Thread(target=recording.disconnect, daemon=True)
+    last.start()
+    last.join(DISCONNECT_DEADLINE)
     # Rerun's own clean-up waits for peers that are gone.
     os._exit(0)
 
