@@ -63,9 +63,8 @@ Altitude = Annotated[float, typer.Option(help="Above mean sea level [m]; the air
 
 def trim_row(aircraft: Aircraft, trim: Trim) -> dict[str, Any]:
     """One trim with units in its keys, for people and scripts; a stall margin where no air moves is null."""
-    surfaces = aircraft.vehicle["surfaces"][0]
-    wing = surfaces["tilts"] == 1
     margins = np.degrees(trim.outputs["stall_margin"])
+    wetted, unwetted = (margins[strips] for strips in aircraft.wing_strips)
     return {
         "airspeed_m_s": trim.airspeed,
         "rpm": trim.rpm,
@@ -74,8 +73,8 @@ def trim_row(aircraft: Aircraft, trim: Trim) -> dict[str, Any]:
         "tail_rpm": trim.tail_rpm,
         "throttle": float(trim.controls[0]),
         "shaft_power_w": trim.power,
-        "stall_margin_wetted_deg": float(margins[wing & (surfaces["rotor"] >= 0)].min()),
-        "stall_margin_unwetted_deg": float(margins[wing & (surfaces["rotor"] < 0)].min()) if trim.airspeed else None,
+        "stall_margin_wetted_deg": float(wetted.min()) if wetted.size else None,
+        "stall_margin_unwetted_deg": float(unwetted.min()) if unwetted.size and trim.airspeed else None,
         "residual": trim.residual,
     }
 

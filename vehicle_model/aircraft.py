@@ -45,6 +45,14 @@ class Aircraft(AircraftTables, frozen=True, kw_only=True, dict=True):
         """Names of the surfaces in the order of VEHICLE."""
         return surface_names(self)
 
+    @property
+    def wing_strips(self) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+        """Indices of the wing's strips in the order of VEHICLE: those in the slipstream, those outside it."""
+        craft = self.vehicle[0]
+        surfaces = craft["surfaces"][: craft["surface_count"]]
+        tilts, wetted = surfaces["tilts"] == 1, surfaces["rotor"] >= 0
+        return np.flatnonzero(tilts & wetted), np.flatnonzero(tilts & ~wetted)
+
     def normalised_outputs(self, controls: Sequence[float] | npt.NDArray[np.float64]) -> list[float]:
         """What a flight controller would send for these controls (7,): normalised values, channel 1 first.
 

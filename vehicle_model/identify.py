@@ -21,7 +21,7 @@ from scipy.optimize import least_squares
 
 from vehicle_model.aircraft import Aircraft, load_aircraft, write_values
 from vehicle_model.earth import STANDARD_GRAVITY
-from vehicle_model.linearise import Hold, LinearModel, linearise
+from vehicle_model.linearise import Hold, LinearModel, linearise, participation
 from vehicle_model.trim import LevelProblem, Trim, still_air
 
 __all__ = ["RANGES", "TABLE_1", "Figures", "blade_lift", "figures_of", "identify", "misfit"]
@@ -98,9 +98,8 @@ def blade_lift(aircraft: Aircraft, hover: Trim) -> float:
 
 def _oscillations(model: LinearModel) -> tuple[complex, complex]:
     """Fastest and slowest oscillation that path and attitude take part in; no imaginary part if it has split."""
-    values, right = np.linalg.eig(model.a)
-    part = np.abs(right * np.linalg.inv(right).T)
-    share = part[:4].sum(axis=0) / part.sum(axis=0)
+    values, share = participation(model.a)
+    share = share[:4].sum(axis=0)
     flight = values[np.argsort(-share, kind="stable")[:4]]
     flight = flight[np.argsort(-np.abs(flight), kind="stable")]
     fast, slow = flight[:2], flight[2:]
@@ -135,14 +134,14 @@ def figures_of(aircraft: Aircraft, hold: Hold = "throttle") -> Figures:
     x = np.array([480.0, 0.15, 0.0])
     trims: list[Trim] = []
     surfaces = aircraft.vehicle["surfaces"][0][: aircraft.vehicle["surface_count"][0]]
-    wetted = (surfaces["tilts"] == 1) & (surfaces["rotor"] >= 0)
-    unwetted = (surfaces["tilts"] == 1) & (surfaces["rotor"] < 0)
+    wetted, unwetted = aircraft.wing_strips
     for airspeed in AIRSPEEDS[::-1]:
         problem = LevelProblem(aircraft, float(airspeed), world)
         scaled, unbalanced = problem.newton(x / problem.scale)
         x = scaled * problem.scale
         margin = problem.observe(scaled)["stall_margin"][: len(surfaces)]
-        rows.append((*x, unbalanced, margin[wetted].min(), margin[unwetted].min()))
+        least = (margin[strips].min(initial=math.pi) for strips in (wetted, unwetted))
+        rows.append((*x, unbalanced, *least))
         if airspeed in {CRUISE, 0.0}:
             trims.append(problem.finish(scaled))
     speed, tilt, elevator, unbalanced, wetted_margin, unwetted_margin = np.array(rows[::-1]).T

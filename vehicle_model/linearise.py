@@ -15,7 +15,7 @@ from vehicle_model.rotation import euler_from_quaternion, quaternion_from_euler
 from vehicle_model.state import ELEVATOR, QUATERNION, RATES, ROTOR_SPEED, STATE_COUNT, TILT, VELOCITY
 from vehicle_model.trim import Trim, balance_motors, still_air
 
-__all__ = ["HOLDS", "Hold", "LinearModel", "Mode", "linearise", "modes"]
+__all__ = ["HOLDS", "Hold", "LinearModel", "Mode", "linearise", "modes", "participation"]
 
 Hold = Literal["throttle", "rpm", "power", "thrust"]
 HOLDS: tuple[Hold, ...] = get_args(Hold)
@@ -166,6 +166,16 @@ def linearise(
     return LinearModel(function.names, np.column_stack(columns), b, hold, trim.tilt)
 
 
+def participation(a: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues (n,) of a matrix (n, n), and by state and mode the share (n, n) that a state has in a mode.
+
+    The shares are the participation factors |right eigenvector times left eigenvector|, each column's sum being 1.
+    """
+    values, right = np.linalg.eig(a)
+    share = np.abs(right * np.linalg.inv(right).T)
+    return values, share / share.sum(axis=0)
+
+
 def modes(model: LinearModel) -> list[Mode]:
     """Natural modes of a linear model, fastest first, named by the states that take part in them.
 
@@ -173,10 +183,7 @@ def modes(model: LinearModel) -> list[Mode]:
     rotor for a mode of the rotor speeds; otherwise longitudinal or lateral.
     """
     usual = model.tilt < math.pi / 4.0
-    values, right = np.linalg.eig(model.a)
-    left = np.linalg.inv(right)
-    share = np.abs(right * left.T)
-    share /= share.sum(axis=0)
+    values, share = participation(model.a)
     index = {name: i for i, name in enumerate(model.state_names)}
 
     def part(mode: int, *names: str) -> float:

@@ -146,6 +146,15 @@ def test_another_aircraft_file_is_another_aircraft(run: Any, tmp_path: Path) -> 
     assert found / usual == pytest.approx(math.sqrt(13.5 / load_aircraft().mass_properties.mass), rel=1e-3)
 
 
+def test_a_wing_all_in_the_slipstream_has_no_unwetted_margin(run: Any, tmp_path: Path) -> None:
+    shipped = (Path(__file__).parents[2] / "vehicle_model" / "hong2013.toml").read_text()
+    file = tmp_path / "wet.toml"
+    file.write_text(shipped.replace("wetted  = false", "wetted  = true"))
+    done = run("trim", "--airspeed", "20", "--aircraft", str(file), "--json")
+    assert (done.status, done.err) == (0, "")
+    assert json.loads(done.out)[0]["stall_margin_unwetted_deg"] is None
+
+
 def test_a_wrong_aircraft_file_is_one_line_that_names_file_and_line(run: Any, tmp_path: Path) -> None:
     wrong = tmp_path / "wrong.toml"
     wrong.write_text(SHIPPED.read_text().replace('unit = "kg"', 'unit = "furlong"', 1))

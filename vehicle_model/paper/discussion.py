@@ -7,7 +7,7 @@ import numpy as np
 from vehicle_model.earth import STANDARD_GRAVITY
 from vehicle_model.identify import blade_lift
 from vehicle_model.linearise import Mode
-from vehicle_model.paper.loads_by_part import PARTS, wing_strips
+from vehicle_model.paper.loads_by_part import PARTS
 from vehicle_model.paper.printed import (
     CRUISE_AIRSPEED,
     LITERAL_LIFT_COEFFICIENT,
@@ -105,7 +105,7 @@ def eq_11(results: Results) -> str:
     """How little dynamic pressure eq. (11) leaves in cruise."""
     cruise = results.cruise
     share = (float(cruise.outputs["induced_velocity"][0]) / CRUISE_AIRSPEED) ** 2
-    wetted, _ = wing_strips(results.aircraft)
+    wetted, _ = results.aircraft.wing_strips
     ours = -float(cruise.outputs["surface_force_body"][wetted, 2].sum()) / results.weight
     literal = results.literal[-1]
     if literal is None:

@@ -17,7 +17,6 @@ __all__ = [
     "fixed_control_moments",
     "moments_by_part",
     "neutral_elevator_moments",
-    "wing_strips",
 ]
 
 PARTS = ("propellers", "wing in the slipstream", "wing outside it", "tailplane", "tail propeller", "fuselage and fin")
@@ -36,17 +35,9 @@ class PitchingMoments:
         return self.parts.sum(axis=0)
 
 
-def wing_strips(aircraft: Aircraft) -> tuple[np.ndarray, np.ndarray]:
-    """Indices of the wing's strips in the order of VEHICLE: those in the slipstream, those outside it."""
-    craft = aircraft.vehicle[0]
-    surfaces = craft["surfaces"][: craft["surface_count"]]
-    tilts, wetted = surfaces["tilts"] == 1, surfaces["rotor"] >= 0
-    return np.flatnonzero(tilts & wetted), np.flatnonzero(tilts & ~wetted)
-
-
 def moments_by_part(aircraft: Aircraft, outputs: np.void) -> np.ndarray:
     """Pitching moment about the centre of mass of each of PARTS (6,) [N m] in an OUTPUTS record of symmetric flight."""
-    wetted, unwetted = wing_strips(aircraft)
+    wetted, unwetted = aircraft.wing_strips
     names = aircraft.surface_names
     rotors = _pitching(outputs["rotor_point_body"], outputs["rotor_force_body"])
     surfaces = _pitching(outputs["surface_point_body"], outputs["surface_force_body"])

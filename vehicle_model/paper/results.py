@@ -16,7 +16,6 @@ from vehicle_model.paper.loads_by_part import (
     PitchingMoments,
     fixed_control_moments,
     neutral_elevator_moments,
-    wing_strips,
 )
 from vehicle_model.paper.printed import CALIBRATED_HOLD, CRUISE_AIRSPEED
 from vehicle_model.steady_flight import trim_steady
@@ -132,7 +131,7 @@ def compute(aircraft: Aircraft) -> Results:
     trims = trim_sweep(aircraft, AIRSPEEDS)
     cruise = trims[-1]
     linear: dict[Hold, LinearModel] = {hold: linearise(aircraft, cruise, hold) for hold in HOLDS}
-    wetted, unwetted = wing_strips(aircraft)
+    wetted, unwetted = aircraft.wing_strips
     step = elevator_step(aircraft, CRUISE_AIRSPEED, STEP, every=4)
     longitudinal = linear[CALIBRATED_HOLD].longitudinal()
     driven = _driven(aircraft, longitudinal, step)

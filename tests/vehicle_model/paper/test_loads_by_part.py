@@ -10,7 +10,6 @@ from vehicle_model.paper.loads_by_part import (
     fixed_control_moments,
     moments_by_part,
     neutral_elevator_moments,
-    wing_strips,
 )
 from vehicle_model.records import OUTPUTS
 from vehicle_model.state import ELEVATOR, ROTOR_SPEED, STATE_COUNT, VELOCITY
@@ -63,7 +62,7 @@ def test_without_elevator_in_hover_the_sum_is_what_the_tail_propeller_balanced(
 
 
 def test_strips_in_and_outside_the_slipstream_are_the_whole_wing(aircraft: Aircraft) -> None:
-    wetted, unwetted = wing_strips(aircraft)
+    wetted, unwetted = aircraft.wing_strips
     names = aircraft.surface_names
     named = {strip.name: strip.wetted for strip in aircraft.wing.strips}
     assert all(named[names[i].split(" ", 1)[1]] for i in wetted)
