@@ -1,4 +1,4 @@
-"""What the compiled equations read and write: the vehicle, its environment, its outputs.
+"""What the compiled equations read and write: the vehicle, its battery, its environment and wind, its outputs.
 
 Parameters travel as numpy structured arrays of length one: named fields as in a dataclass, yet one pointer
 to pass into compiled code. `vehicle_model.aircraft` fills a VEHICLE from a file, `vehicle_model.earth` an
@@ -10,13 +10,14 @@ have the same directions.
 import numpy as np
 
 __all__ = [
-    "CONTACT", "ENVIRONMENT", "MAX_CONTACTS", "MAX_ROTORS", "MAX_SURFACES", "OUTPUTS", "ROTOR", "SERVO", "SURFACE",
-    "VEHICLE",
+    "BATTERY", "CONTACT", "ENVIRONMENT", "GUST", "MAX_CONTACTS", "MAX_GUSTS", "MAX_ROTORS", "MAX_SURFACES", "OUTPUTS",
+    "ROTOR", "SERVO", "SURFACE", "VEHICLE", "WIND",
 ]  # fmt: skip
 
 MAX_ROTORS = 3  # left, right, tail: as many as the state has rotor speeds
 MAX_SURFACES = 16
 MAX_CONTACTS = 8
+MAX_GUSTS = 8
 
 _f = np.float64
 _i = np.int64
@@ -34,11 +35,12 @@ ROTOR = np.dtype(
         ("blade_chord", _f),  # c_r of eq. (3) [m]
         ("profile_drag", _f),  # mean blade section drag coefficient
         ("induced_power_factor", _f),  # power of uneven inflow, tip loss and swirl over that of momentum theory
+        ("thrust_factor", _f),  # 1; less on a damaged propeller: share of the thrust at the same speed and inflow
         ("inertia", _f),  # propeller and motor about the shaft [kg m^2]
         ("torque_constant", _f),  # torque per current, and back EMF per speed: 1/Kv [N m/A = V s/rad]
         ("resistance", _f),  # winding, controller and cables [ohm]
         ("no_load_current", _f),  # [A]
-        ("battery_voltage", _f),  # [V]
+        ("battery_voltage", _f),  # at the speed controller; `battery.battery_step` lets it sag [V]
         ("max_current", _f),  # limit of the controller [A]
         ("max_power", _f),  # electrical power at full throttle, where throttle sets power [W]
         ("throttle_sets_power", _i),  # 1: throttle is a fraction of max_power; 0: of battery voltage
@@ -120,6 +122,19 @@ VEHICLE = np.dtype(
     align=True,
 )
 
+BATTERY = np.dtype(
+    [
+        ("cells", _f),  # in series
+        ("capacity", _f),  # [A s]
+        ("internal_resistance", _f),  # of the whole pack with its leads [ohm]
+        ("avionics_power", _f),  # drawn besides the motors [W]
+        ("charge", _f),  # left [A s]
+        ("voltage", _f),  # under load [V]
+        ("current", _f),  # positive while it discharges [A]
+    ],
+    align=True,
+)
+
 ENVIRONMENT = np.dtype(
     [
         ("earth", _i),  # 0 flat, 1 round, 2 WGS-84 ellipsoid with J2
@@ -141,6 +156,28 @@ ENVIRONMENT = np.dtype(
     align=True,
 )
 
+# One-minus-cosine gust, in the NED axes of the environment's origin.
+GUST = np.dtype(
+    [
+        ("start", _f),  # when the vehicle meets it [s]
+        ("length", _f),  # along the path through the air [m]
+        ("amplitude_ned", _f, (3,)),  # at its middle, blowing to [m/s]
+        ("distance", _f),  # that the vehicle has gone into it [m]
+    ],
+    align=True,
+)
+
+WIND = np.dtype(
+    [
+        ("steady_ned", _f, (3,)),  # at the reference height, blowing to [m/s]
+        ("reference_height", _f),  # above ground [m]
+        ("roughness", _f),  # length z0 of the logarithmic profile [m]; 0: the same wind at every height
+        ("gust_count", _i),
+        ("gusts", GUST, (MAX_GUSTS,)),
+    ],
+    align=True,
+)
+
 OUTPUTS = np.dtype(
     [
         ("airspeed", _f),  # true [m/s]
@@ -157,6 +194,7 @@ OUTPUTS = np.dtype(
         ("shaft_power", _f, (MAX_ROTORS,)),  # [W]
         ("motor_torque", _f, (MAX_ROTORS,)),  # on the shaft [N m]
         ("current", _f, (MAX_ROTORS,)),  # motor current [A]
+        ("electrical_power", _f, (MAX_ROTORS,)),  # from the battery, negative while the motor brakes [W]
         ("fuselage_force_body", _f, (3,)),  # [N]
         ("contact_force_body", _f, (MAX_CONTACTS, 3)),  # [N]
         # Force along chord and normal [N], how far behind the quarter point it acts [m], velocity of the strip through

@@ -1,0 +1,199 @@
+"""Designs the control laws for an aircraft: its force map, and gains over the corridor; kept on disk once made.
+
+Loop shaping, from the inside out. What an actuator's loop leaves of lag and delay sets the crossover of the rate loop
+around it, this that of the attitude loop, and so on; each ratio is a number below, and the margins they leave are what
+`python -m sitl.control report` measures on the code that flies.
+"""
+
+import hashlib
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from sitl.control.design_names import COLUMNS as SCHEDULE_COLUMNS
+from sitl.control.records import GAINS
+from vehicle_model.aircraft import Aircraft
+from vehicle_model.authority import speed_at
+from vehicle_model.compiled import CACHE_FOLDER, compiled
+from vehicle_model.force_map import COLUMNS, DEFAULT_GRID, STALL_MARGIN, force_map
+from vehicle_model.records import VEHICLE
+from vehicle_model.rotor import rotor_loads
+
+__all__ = ["Design", "design_for"]
+
+ROTOR_LAG = 0.04  # of the wing rotors' closed speed loops [s]
+TAIL_LAG = 0.03  # [s]
+TICK = 1.0 / 400.0  # [s]
+DELAY = 1.5 * TICK  # a tick to compute, and half of one held [s]
+RATE_CROSSOVER = 0.42  # of the rate loops, over 1/(lag + delay)
+ATTITUDE_RATIO = 0.32  # attitude crossover over that of the rate loop
+LATERAL_RATIO = 0.36  # lateral velocity over attitude
+FORWARD_CROSSOVER = 0.18  # forward velocity, over 1/(tilt lag + delay)
+VERTICAL_CROSSOVER = 0.20  # vertical velocity, over 1/(lag + delay) of rotors (hover) or tilt (wing-borne)
+POSITION_RATIO = 0.35  # position over lateral velocity
+BRAKING_SHARE = 0.6  # of the corridor's braking that guidance plans with
+STALL_TOLERANCE = math.radians(0.5)  # below the margin that the map keeps softly
+IDLE_POWER = 20.0  # of a wing rotor: with less, its motor is at its lower end [W]
+PLANNED_BRAKING = (0.3, 1.5)  # [m/s^2]
+
+
+@dataclass(frozen=True)
+class Design:
+    """What the laws need: GAINS (1,), force map and its axes (4, 3), schedule (n_u, columns), VEHICLE (1,)."""
+
+    gains: np.ndarray
+    table: np.ndarray
+    axes: np.ndarray
+    schedule: np.ndarray
+    vehicle: np.ndarray
+
+    @staticmethod
+    def none() -> "Design":
+        """Arrays of the right kinds that hold nothing, where compiled code wants a design and there are no laws."""
+        axes = np.array([[0.0, 1.0, 2.0]] * 4)
+        table = np.zeros((2, 2, 2, 2, len(COLUMNS)))
+        return Design(np.zeros(1, GAINS), table, axes, np.zeros((2, len(SCHEDULE_COLUMNS))), np.zeros(1, VEHICLE))
+
+
+def design_for(aircraft: Aircraft) -> Design:
+    """The design for an aircraft, from the user's cache if it has been made before.
+
+    The map takes some seconds; it depends on nothing but the aircraft and the sources that make it.
+    """
+    vehicle = aircraft.vehicle
+    axes = DEFAULT_GRID.axes
+    digest = hashlib.sha256(vehicle.tobytes() + axes.tobytes()).hexdigest()[:24]
+    file = None if CACHE_FOLDER is None else CACHE_FOLDER / f"force_map-{digest}.npy"
+    table = _kept(file)
+    if table is None:
+        table = force_map(aircraft)
+        if file is not None:
+            _keep(file, table)
+    gains = _gains(aircraft)
+    return Design(gains, table, axes, _schedule(aircraft, table, axes, gains), vehicle.copy())
+
+
+def _kept(file: Path | None) -> np.ndarray | None:
+    """A table made before, or None where there is none that can be read."""
+    if file is None:
+        return None
+    try:
+        table = np.load(file)
+    except (OSError, ValueError, EOFError):
+        return None
+    return table if table.shape[-1:] == (len(COLUMNS),) else None
+
+
+def _keep(file: Path, table: np.ndarray) -> None:
+    """Write a table so that another process sees all of it or nothing."""
+    partial = file.with_suffix(f".{id(table)}.partial")
+    try:
+        with partial.open("wb") as stream:
+            np.save(stream, table)
+        partial.replace(file)
+    except OSError:
+        partial.unlink(missing_ok=True)
+
+
+@compiled
+def _static(vehicle, index: int, speed: float) -> tuple[float, float]:
+    """Thrust [N] and torque [N m] of a rotor at a speed [rad/s], at rest at sea level."""
+    thrust, torque, _ = rotor_loads(vehicle[0].rotors[index], speed, 0.0, 0.0, 1.225)
+    return thrust, torque
+
+
+def _gains(aircraft: Aircraft) -> np.ndarray:
+    vehicle = aircraft.vehicle
+    craft = vehicle[0]
+    top = speed_at(aircraft, 0, 1.0)
+    top_thrust, _ = _static(vehicle, 0, top)
+    tail_top = speed_at(aircraft, 2, 0.9)
+    tail_thrust, tail_torque = _static(vehicle, 2, tail_top)
+    rate_gain = RATE_CROSSOVER / (ROTOR_LAG + DELAY)
+    gains = np.zeros(1, GAINS)
+    record = gains[0]
+    values = {
+        "position": POSITION_RATIO * LATERAL_RATIO * ATTITUDE_RATIO * rate_gain,
+        "path": 0.25,
+        "altitude": 0.6,
+        "reference": 1.2,
+        "heading": 1.6,
+        "sideslip": 1.0,
+        "max_yaw_rate": math.radians(50.0),
+        "max_roll_rate": math.radians(60.0),
+        "lateral_acceleration": 2.0,
+        "forward_acceleration": 2.0,
+        "vertical_acceleration": 2.5,
+        "wing_borne_from": 11.0,
+        "wing_borne_at": 15.0,
+        "rotor_lag": ROTOR_LAG,
+        "tail_lag": TAIL_LAG,
+        "elevator_preference": 100.0,
+        "airflow_filter": 0.05,
+        "idle_speed": 0.15 * top,
+        "top_speed": top,
+        "tail_thrust_factor": tail_thrust / tail_top**2,
+        "tail_torque_factor": tail_torque / tail_top**2,
+        "tail_top_thrust": tail_thrust,
+        "tail_arm": -float(craft["rotors"]["position"][2, 0]),
+        "top_force": 2.0 * top_thrust / float(craft["mass"]),
+        "hover_tilt": min(math.radians(90.0), float(craft["servos"]["maximum"][0])),
+    }
+    for name, value in values.items():
+        record[name] = value
+    return gains
+
+
+def _schedule(aircraft: Aircraft, table: np.ndarray, axes: np.ndarray, gains: np.ndarray) -> np.ndarray:
+    """Gains over the first axis of the map."""
+    servos = aircraft.vehicle[0]["servos"]
+    count = int(axes[0, 2])
+    airflow = axes[0, 0] + axes[0, 1] * np.arange(count)
+    blend = np.clip((airflow - 11.0) / 4.0, 0.0, 1.0)
+    rate = RATE_CROSSOVER / (ROTOR_LAG + DELAY)
+    tilt_lag = float(servos["time_constant"][0]) + DELAY + float(gains["airflow_filter"][0])
+    still = round(-axes[1, 0] / axes[1, 1])
+    weight = round((-10.0 - axes[3, 0]) / axes[3, 1])
+    lowest = _lowest_force(table[:, still, : round(-axes[2, 0] / axes[2, 1]) + 1, weight])
+    rows = {
+        "roll_gain": ATTITUDE_RATIO * rate,
+        "pitch_gain": ATTITUDE_RATIO * rate,
+        "roll_rate_gain": rate,
+        "pitch_rate_gain": rate,
+        "yaw_rate_gain": 0.6 * rate,
+        "rate_integral_share": 0.15,
+        "forward_gain": FORWARD_CROSSOVER / tilt_lag,
+        "lateral_gain": LATERAL_RATIO * ATTITUDE_RATIO * rate,
+        "vertical_gain": VERTICAL_CROSSOVER / ((1.0 - blend) * (2.0 * ROTOR_LAG + DELAY) + blend * tilt_lag),
+        "integral_share": 0.15,
+        "brake": np.clip(-BRAKING_SHARE * lowest, *PLANNED_BRAKING),
+        "lowest_force": lowest,
+    }
+    return np.column_stack([np.broadcast_to(rows[name], count) for name in SCHEDULE_COLUMNS]).astype(float)
+
+
+def _lowest_force(level: np.ndarray) -> np.ndarray:
+    """Lowest force forward per mass [m/s^2] that level flight keeps without stall or idling motors, by airflow.
+
+    `level` is the map's part (n_u, n_fx, columns) for the weight to be carried, the force forward from its lowest to
+    none. The force is interpolated to where the first of the conditions ends.
+    """
+    reached, down, margin, torque, speed = (
+        level[..., COLUMNS.index(name)]
+        for name in ("force_forward", "force_down", "stall_margin", "shaft_torque", "rotor_speed")
+    )
+    # Each condition as room that is left; each ends where it crosses zero, the first to end counts.
+    conditions = (margin - STALL_MARGIN + STALL_TOLERANCE, 0.3 - np.abs(down + 10.0), torque * speed - IDLE_POWER)
+    lowest = np.full(len(level), -math.inf)
+    for room in conditions:
+        for i in range(len(level)):
+            k = level.shape[1] - 1
+            while k > 0 and room[i, k] > 0.0 and room[i, k - 1] > 0.0:
+                k -= 1
+            ends = reached[i, k]
+            if k > 0 and room[i, k] > 0.0:
+                ends += room[i, k] / (room[i, k] - room[i, k - 1]) * (reached[i, k - 1] - reached[i, k])
+            lowest[i] = max(lowest[i], ends)
+    return np.minimum(lowest, 0.0)
