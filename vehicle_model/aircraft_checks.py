@@ -12,6 +12,7 @@ __all__ = ["check_consistency"]
 
 _JOINT = 1e-3  # strips may miss each other or the tip by this much [m]
 _TAIL_SURFACES = 2
+_CELL_VOLTAGE = (3.4, 4.2)  # nominal, of lithium-polymer cells and their high-voltage kind [V]
 
 
 def check_consistency(tables: AircraftTables) -> None:
@@ -20,6 +21,7 @@ def check_consistency(tables: AircraftTables) -> None:
     _check_strips(tables)
     _check_stall(tables)
     _check_rotors(tables)
+    _check_battery(tables)
     _check_tail(tables)
     for name in ("tilt", "aileron", "elevator"):
         _check_servo(name, getattr(tables.servos, name))
@@ -88,6 +90,14 @@ def _check_rotors(tables: AircraftTables) -> None:
         raise SchemaError(("rotors", "wing", "hub"), f"{expected}, got {wing.hub[1]:.6g} m")
     if tail.hub[0] >= tables.mass_properties.centre_of_mass[0]:
         raise SchemaError(("rotors", "tail", "hub"), f"expected x behind the centre of mass, got {tail.hub[0]:.6g} m")
+
+
+def _check_battery(tables: AircraftTables) -> None:
+    cells, voltage = tables.battery.cells, tables.battery.voltage
+    low, high = (cells * each for each in _CELL_VOLTAGE)
+    if not low <= voltage <= high:
+        expected = f"expected {low:.6g} to {high:.6g} V for {cells} lithium-polymer cells"
+        raise SchemaError(("battery", "voltage"), f"{expected}, got {voltage:.6g} V")
 
 
 def _check_servo(name: str, servo: Servo) -> None:

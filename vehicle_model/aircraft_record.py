@@ -150,6 +150,7 @@ def _rotor(rotor: Rotor, voltage: float, side: int, **mounting: Any) -> tuple[An
         blade_chord=rotor.blade_chord,
         profile_drag=rotor.profile_drag,
         induced_power_factor=rotor.induced_power_factor,
+        thrust_factor=1.0,
         inertia=rotor.inertia,
         torque_constant=1.0 / motor.velocity_constant,
         resistance=motor.resistance,

@@ -119,9 +119,13 @@ class Rotors(msgspec.Struct, frozen=True):
 
 
 class Battery(msgspec.Struct, frozen=True):
-    """The battery that all motors share."""
+    """The lithium-polymer battery that all motors share."""
 
-    voltage: Annotated[float, Quantity("V", 3, 1000)]
+    voltage: Annotated[float, Quantity("V", 3, 1000)]  # nominal: what trim and the other analyses count with
+    cells: Annotated[int, Quantity("1", 1, 250)]  # in series
+    capacity: Annotated[float, Quantity("A h", 0.1, 2000)]
+    internal_resistance: Annotated[float, Quantity("ohm", 0.0001, 2)]  # of the whole pack with its leads
+    avionics_power: Annotated[float, Quantity("W", 0, 5000)]  # drawn besides the motors
 
 
 class HorizontalTail(Section, frozen=True):

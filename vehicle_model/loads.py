@@ -8,7 +8,7 @@ each sum sees the local air velocity of each part, so P, Q, R and wind act on ev
 import math
 
 from vehicle_model.compiled import compiled
-from vehicle_model.motor import motor_current, motor_torque
+from vehicle_model.motor import electrical_power, motor_current, motor_torque
 from vehicle_model.rotation import Vector, cross
 from vehicle_model.rotor import rotor_loads
 from vehicle_model.state import ROTOR_SPEED, TILT
@@ -61,6 +61,7 @@ def rotor_part(rotor, index: int, air: Vector, rates: Vector, throttle: float, s
     out.shaft_torque[index] = resisting
     out.shaft_power[index] = resisting * speed
     out.current[index] = current
+    out.electrical_power[index] = electrical_power(rotor, current, speed)
     out.motor_torque[index] = driving
     return force, (
         lever[0] + reaction * axis[0] - gyro[0],

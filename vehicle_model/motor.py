@@ -4,7 +4,7 @@ import math
 
 from vehicle_model.compiled import compiled
 
-__all__ = ["motor_current", "motor_torque", "servo_rate", "throttle_for"]
+__all__ = ["electrical_power", "motor_current", "motor_torque", "servo_rate", "throttle_for"]
 
 
 @compiled
@@ -41,6 +41,12 @@ def friction_current(rotor, speed: float) -> float:
 def motor_torque(rotor, current: float, speed: float) -> float:
     """Torque on the shaft [N m]: the torque constant K = 1/Kv times the current, less no-load friction."""
     return (current - friction_current(rotor, speed)) * rotor.torque_constant
+
+
+@compiled
+def electrical_power(rotor, current: float, speed: float) -> float:
+    """Power a motor takes from the battery [W]: V I with V = I R + K w, negative when it brakes and gives some back."""
+    return (current * rotor.resistance + speed * rotor.torque_constant) * current
 
 
 @compiled

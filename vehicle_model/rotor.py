@@ -15,7 +15,7 @@ import math
 
 from vehicle_model.compiled import compiled
 
-__all__ = ["disk_flow", "induced_velocity", "rotor_loads"]
+__all__ = ["disk_flow", "induced_by_share", "induced_velocity", "rotor_loads"]
 
 
 @compiled
@@ -79,6 +79,41 @@ def induced_velocity(axial: float, edgewise: float, blade: float, coupling: floa
 
 
 @compiled
+def induced_by_share(axial: float, edgewise: float, induced: float, share: float) -> float:
+    """Induced velocity [m/s] when a disk makes a `share` (0..1) of the thrust with which it had `induced` [m/s].
+
+    By momentum theory T = 2 rho A v_i v', so v_i v' is that share of what it was. It rises with v_i from zero: one root
+    in [0, `induced`], found as in `induced_velocity`, from what it is in hover.
+    """
+    if induced < 0.0:
+        return -induced_by_share(-axial, edgewise, -induced, share)
+    flow, _ = disk_flow(axial, induced)
+    goal = share * induced * math.sqrt(edgewise * edgewise + flow * flow)
+    if goal <= 0.0:
+        return 0.0
+    low = 0.0
+    high = induced
+    guess = math.sqrt(share) * induced
+    for _ in range(60):
+        flow, flow_slope = disk_flow(axial, guess)
+        total = math.sqrt(edgewise * edgewise + flow * flow)
+        residual = guess * total - goal
+        if residual > 0.0:
+            high = guess
+        else:
+            low = guess
+        step = residual * total / (total * total + guess * flow * flow_slope)
+        following = guess - step
+        if not (low <= following <= high):
+            following = 0.5 * (low + high)
+            step = guess - following
+        guess = following
+        if abs(step) <= 1e-6 * induced:
+            break
+    return guess
+
+
+@compiled
 def rotor_loads(rotor, speed: float, axial: float, edgewise: float, density: float) -> tuple[float, float, float]:
     """Thrust [N], shaft torque that resists the motor [N m] and induced velocity [m/s] of one rotor.
 
@@ -87,6 +122,9 @@ def rotor_loads(rotor, speed: float, axial: float, edgewise: float, density: flo
     T (kappa v_i - v_z), plus blade profile power, rho b c_r r (w r)^3 cd/8 sqrt(1 + 9.3 mu^2) (the usual 1 + 4.65 mu^2
     for small advance ratios mu), divided by the speed. Near standstill, where the blades' tips move slower than
     the air along the axis, blade-element theory ends and the first part fades to zero.
+
+    A damaged propeller makes `thrust_factor` of that thrust, and its wake is as much weaker. Its torque stays: what a
+    chipped or iced blade loses in lift it gains in drag, so that neither speed nor power betrays the fault.
     """
     lift = rotor.lift_slope * rotor.blades * rotor.blade_chord
     tip_speed = speed * rotor.radius
@@ -98,4 +136,7 @@ def rotor_loads(rotor, speed: float, axial: float, edgewise: float, density: flo
     profile_torque = profile * tip_speed * math.sqrt(tip_speed * tip_speed + 9.3 * edgewise * edgewise)
     turning = math.copysign(1.0, tip_speed) if abs(tip_speed) >= abs(axial) else tip_speed / abs(axial)
     torque = turning * thrust_per_speed * (rotor.induced_power_factor * induced - axial) + profile_torque
+    if rotor.thrust_factor != 1.0:
+        thrust *= rotor.thrust_factor
+        induced = induced_by_share(axial, edgewise, induced, rotor.thrust_factor)
     return thrust, torque, induced

@@ -14,6 +14,7 @@ import numpy as np
 
 from vehicle_model.aircraft import Aircraft, load_aircraft
 from vehicle_model.atmosphere import air_density, atmosphere, geopotential_height
+from vehicle_model.battery import battery_step, make_battery
 from vehicle_model.compiled import CACHE_FOLDER, WARM_MARK, is_warm
 from vehicle_model.earth import (
     geodetic,
@@ -40,6 +41,7 @@ from vehicle_model.rotation import (
 )
 from vehicle_model.state import STATE_COUNT, blank_controls, blank_state
 from vehicle_model.trim import trim_level
+from vehicle_model.wind import make_wind, wind_step
 
 __all__ = ["main", "warm_up"]
 
@@ -71,6 +73,12 @@ def _analysis(aircraft: Aircraft, environment: np.ndarray) -> None:
     stepped_controls(aircraft, trim, 0.01)
 
 
+def _surroundings(aircraft: Aircraft, environment: np.ndarray) -> None:
+    """What changes slowly around the equations of motion: battery and wind."""
+    battery_step(make_battery(aircraft.battery), aircraft.vehicle.copy(), np.zeros(1, OUTPUTS), 0.001)
+    wind_step(make_wind(), 0.0, 10.0, 20.0, 0.001, environment)
+
+
 def _geometry(aircraft: Aircraft, environment: np.ndarray) -> None:
     """Rotations, places on the Earth and the air, one at a time."""
     del aircraft
@@ -93,6 +101,7 @@ STAGES = (
     ("flight", _flight),
     ("batches", _batches),
     ("trim and linear models", _analysis),
+    ("battery and wind", _surroundings),
     ("rotations, Earth and air", _geometry),
 )
 

@@ -185,6 +185,8 @@ def test_the_documented_units_are_all_those_of_the_dimensions_in_the_file() -> N
          "wing.strips.1.y: expected 0.24 m or more to its inner edge, where the strip before ends, got 0.22 m"),
         ("span                  = { value = 2.0,", "span                  = { value = 2.4,",
          "wing.span: expected 2 m, where the outermost strips end, got 2.4 m"),
+        ("cells               = { value = 12,", "cells               = { value = 10,",
+         "battery.voltage: expected 34 to 42 V for 10 lithium-polymer cells, got 44.4 V"),
     ],
 )  # fmt: skip
 def test_entries_that_contradict_each_other_are_named(tmp_path: Path, old: str, new: str, expected: str) -> None:
@@ -192,7 +194,8 @@ def test_entries_that_contradict_each_other_are_named(tmp_path: Path, old: str, 
     text = SHIPPED.replace(old, new)
     line, _, message = _error(tmp_path, text).partition(": ")
     assert message == expected
-    assert text.split("\n")[int(line) - 1].strip().startswith(("[[", "y ", "span ", "position ", "stall_width "))
+    named = ("[[", "y ", "span ", "position ", "stall_width ", "voltage ")
+    assert text.split("\n")[int(line) - 1].strip().startswith(named)
 
 
 def test_a_body_with_impossible_moments_of_inertia_is_refused(tmp_path: Path) -> None:

@@ -61,6 +61,7 @@ def airless(*, friction: bool) -> np.ndarray:
     vehicle["rotors"]["lift_slope"], vehicle["rotors"]["profile_drag"] = 0.0, 0.0
     if not friction:
         vehicle["rotors"]["no_load_current"] = 0.0
+        vehicle["rotors"]["throttle_sets_power"] = 1  # without power such a motor coasts; on voltage it brakes
     return vehicle
 
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vehicle_model.motor import motor_current, motor_torque, servo_rate, throttle_for
+from vehicle_model.motor import electrical_power, motor_current, motor_torque, servo_rate, throttle_for
 from vehicle_model.records import ROTOR, SERVO
 
 KV = 23.0  # [rad/s/V]
@@ -142,3 +142,22 @@ def test_a_large_command_is_followed_at_the_rate_limit_and_then_with_the_lag() -
 def test_travel_ends_at_the_stops(command: float) -> None:
     reached = follow(servo(rate_limit=50.0), 0.5, command, 2.0)
     assert reached == pytest.approx(min(max(command, -0.4), 1.9), abs=1e-6)
+
+
+def test_electrical_power_is_throttle_times_full_power_or_voltage_times_current() -> None:
+    assert electrical_power(POWER, motor_current(POWER, 0.4, 500.0), 500.0) == pytest.approx(0.4 * 2200.0, rel=1e-12)
+    current = motor_current(VOLTAGE, 0.5, 480.0)
+    assert electrical_power(VOLTAGE, current, 480.0) == pytest.approx(0.5 * 44.4 * current, rel=1e-12)
+
+
+def test_a_braking_motor_gives_power_back() -> None:
+    current = motor_current(VOLTAGE, 0.39, 400.0)
+    assert current < 0.0
+    assert electrical_power(VOLTAGE, current, 400.0) == pytest.approx(0.39 * 44.4 * current, rel=1e-12)
+
+
+def test_a_servo_without_speed_stays_where_it_is() -> None:
+    servo = np.zeros(1, SERVO)[0]
+    servo["time_constant"], servo["rate_limit"], servo["minimum"], servo["maximum"] = 0.1, 0.0, -1.0, 2.0
+    for position, command in ((0.5, 2.0), (0.5, -1.0), (0.5, 0.5), (-3.0, 7.0)):
+        assert servo_rate(servo, position, command) == 0.0

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from vehicle_model.records import ROTOR
-from vehicle_model.rotor import disk_flow, induced_velocity, rotor_loads
+from vehicle_model.rotor import disk_flow, induced_by_share, induced_velocity, rotor_loads
 
 DENSITY = 1.225
 
@@ -28,7 +28,7 @@ def propeller(
 ) -> np.void:
     """ROTOR record with the numbers of eq. (3); `lift` is a0 b c_r [m]."""
     rotor = np.zeros(1, ROTOR)[0]
-    rotor["radius"], rotor["twist"] = radius, twist
+    rotor["radius"], rotor["twist"], rotor["thrust_factor"] = radius, twist, 1.0
     rotor["lift_slope"], rotor["blades"], rotor["blade_chord"] = 5.7, 2.0, lift / 11.4
     rotor["profile_drag"], rotor["induced_power_factor"] = profile_drag, induced_power_factor
     return rotor
@@ -297,3 +297,27 @@ def test_bad_numbers_come_out_as_nan_and_do_not_hang() -> None:
     assert math.isnan(rotor_loads(APC_10X47, math.nan, 0.0, 0.0, DENSITY)[0])
     assert math.isnan(rotor_loads(APC_10X47, SPEED, math.nan, 0.0, DENSITY)[0])
     assert not math.isfinite(rotor_loads(APC_10X47, SPEED, 0.0, math.inf, DENSITY)[1])
+
+
+@given(speed, axial, edgewise, st.floats(0.0, 0.999))
+def test_a_damaged_propeller_loses_that_share_of_thrust_and_no_torque(
+    speed: float, axial: float, edgewise: float, share: float
+) -> None:
+    damaged = propeller(0.127, 0.4251, 0.2260)
+    damaged["thrust_factor"] = share
+    healthy_thrust, healthy_torque, _ = rotor_loads(APC_10X47, speed, axial, edgewise, DENSITY)
+    thrust, torque, induced = rotor_loads(damaged, speed, axial, edgewise, DENSITY)
+    assert thrust == pytest.approx(share * healthy_thrust, rel=1e-12)
+    assert torque == healthy_torque
+    # The wake carries away exactly the momentum of the thrust that is left: T = 2 rho A v_i v'.
+    if thrust != 0.0:
+        direction = math.copysign(1.0, thrust)
+        flow, _ = disk_flow(direction * axial, abs(induced))
+        momentum = 2.0 * DENSITY * AREA * abs(induced) * math.hypot(edgewise, flow)
+        assert momentum == pytest.approx(abs(thrust), rel=1e-4, abs=1e-4)
+
+
+def test_in_hover_the_wake_of_a_damaged_propeller_goes_with_the_root_of_its_thrust() -> None:
+    assert induced_by_share(0.0, 0.0, 9.0, 0.64) == pytest.approx(9.0 * 0.8, rel=1e-9)
+    assert induced_by_share(0.0, 0.0, -9.0, 0.64) == pytest.approx(-9.0 * 0.8, rel=1e-9)
+    assert induced_by_share(-20.0, 0.0, 9.0, 1.0) == pytest.approx(9.0, rel=1e-9)

@@ -16,12 +16,14 @@ import sys
 import numpy as np
 from vehicle_model.aircraft import load_aircraft
 from vehicle_model.atmosphere import atmosphere
+from vehicle_model.battery import battery_step, make_battery
 from vehicle_model.earth import geodetic, make_environment
 from vehicle_model.elevator_step import elevator_step
 from vehicle_model.integrate import advance, observe
 from vehicle_model.linearise import linearise
 from vehicle_model.records import OUTPUTS
 from vehicle_model.trim import trim_sweep
+from vehicle_model.wind import Gust, make_wind, wind_step
 
 aircraft = load_aircraft()
 cruise, hover = trim_sweep(aircraft, [30.0, 0.0])
@@ -34,6 +36,9 @@ for earth in ("flat", "round", "wgs84"):
     advance(state, hover.controls, aircraft.vehicle, environment, 0.0025, 4)
     observe(state, hover.controls, aircraft.vehicle, environment, np.zeros(1, OUTPUTS), np.empty(20))
     atmosphere(geodetic(*state[:3], environment[0])[2])
+    gusty = make_wind((3.0, 1.0, 0.0), roughness=0.05, gusts=[Gust(0.0, 50.0, (0.0, 0.0, 4.0))])
+    wind_step(gusty, 1.0, 10.0, 20.0, 0.0025, environment)
+    battery_step(make_battery(aircraft.battery), aircraft.vehicle.copy(), np.zeros(1, OUTPUTS), 0.0025)
 
 core = [m for name, m in list(sys.modules.items()) if name.startswith("vehicle_model.")]
 functions = {f for module in core for f in vars(module).values() if hasattr(f, "stats")}
