@@ -11,8 +11,9 @@ import numpy as np
 
 from sitl.control.design import Design
 from sitl.control.records import ESTIMATE, MEMORY, SETPOINT, STATUS
+from sitl.control.truth import true_estimate
 from sitl.snapshot import Snapshot
-from sitl.tick import BEYOND, fly, true_estimate
+from sitl.tick import BEYOND, fly
 from vehicle_model.atmosphere import atmosphere
 from vehicle_model.battery import make_battery
 from vehicle_model.compiled import compiled
@@ -157,7 +158,7 @@ class Airframe:
         self._state[:] = values
         self._state[QUATERNION : QUATERNION + 4] /= length
         self._battery[:] = make_battery(self.aircraft.battery)
-        true_estimate(self._state, self.environment, self._estimate)
+        true_estimate(self._state, self.vehicle, self.environment, self._estimate)
 
     def advance(self, ticks: int = 1) -> None:
         """Fly so many ticks of 1/rate.
@@ -197,7 +198,7 @@ class Airframe:
 
     def look(self, view: "View") -> None:
         """Refill what the flight's events see."""
-        _see(self._state, self.environment, self._estimate, self.status, self._battery, self._seen)
+        _see(self._state, self.vehicle, self.environment, self._estimate, self.status, self._battery, self._seen)
         v = self._seen.tolist()
         view.time = self.tick / self.rate
         view.north, view.east, view.down, view.vn, view.ve, view.vd = v[0:6]
@@ -312,9 +313,9 @@ SEEN_COUNT = 27
 
 
 @compiled
-def _see(state, environment, estimates, statuses, battery, seen) -> None:
+def _see(state, vehicle, environment, estimates, statuses, battery, seen) -> None:
     """Write into `seen` (27,) what the flight's events see of estimate, status and battery."""
-    true_estimate(state, environment, estimates)
+    true_estimate(state, vehicle, environment, estimates)
     estimate, status, pack = estimates[0], statuses[0], battery[0]
     for k in range(3):
         seen[k] = estimate.position_ned[k]

@@ -24,15 +24,23 @@ from vehicle_model.rotor import rotor_loads
 __all__ = ["Design", "design_for"]
 
 ROTOR_LAG = 0.04  # of the wing rotors' closed speed loops [s]
-TAIL_LAG = 0.03  # [s]
 TICK = 1.0 / 400.0  # [s]
 DELAY = 1.5 * TICK  # a tick to compute, and half of one held [s]
 RATE_CROSSOVER = 0.42  # of the rate loops, over 1/(lag + delay)
+YAW_SHARE = 0.6  # of the yaw rate's crossover: nothing is in a hurry to yaw
 ATTITUDE_RATIO = 0.32  # attitude crossover over that of the rate loop
 LATERAL_RATIO = 0.36  # lateral velocity over attitude
-FORWARD_CROSSOVER = 0.18  # forward velocity, over 1/(tilt lag + delay)
-VERTICAL_CROSSOVER = 0.20  # vertical velocity, over 1/(lag + delay) of rotors (hover) or tilt (wing-borne)
+FORWARD_CROSSOVER = 0.234  # forward velocity, over 1/(tilt lag + filter + delay)
+VERTICAL_CROSSOVER = 0.20  # vertical velocity, over 1/(twice the rotor lag + delay), in hover
+WING_BORNE_VERTICAL = 0.24  # the same wing-borne, over 1/(tilt lag + filter + delay), at the speed it begins
 POSITION_RATIO = 0.35  # position over lateral velocity
+INTEGRAL = 0.15  # integral gain over the square of the proportional one
+# Wing-borne the bank turns the path and the nose follows with a lag of its own, and the map, whose tilt comes late,
+# takes away part of the heave damping: more so, the faster. The velocity loops keep away from both.
+WING_BORNE_LATERAL = 0.5  # of the lateral gain
+WING_BORNE_INTEGRAL = 0.33  # of the integral
+HEAVE_GROWTH = 0.5  # of the vertical gain, for each doubling of the speed wing-borne
+WING_BORNE = (11.0, 15.0)  # forward airspeed at which this begins and is complete [m/s]
 BRAKING_SHARE = 0.6  # of the corridor's braking that guidance plans with
 STALL_TOLERANCE = math.radians(0.5)  # below the margin that the map keeps softly
 IDLE_POWER = 20.0  # of a wing rotor: with less, its motor is at its lower end [W]
@@ -126,12 +134,12 @@ def _gains(aircraft: Aircraft) -> np.ndarray:
         "lateral_acceleration": 2.0,
         "forward_acceleration": 2.0,
         "vertical_acceleration": 2.5,
-        "wing_borne_from": 11.0,
-        "wing_borne_at": 15.0,
+        "wing_borne_from": WING_BORNE[0],
+        "wing_borne_at": WING_BORNE[1],
         "rotor_lag": ROTOR_LAG,
-        "tail_lag": TAIL_LAG,
         "elevator_preference": 100.0,
         "airflow_filter": 0.05,
+        "upwash_filter": 0.5,
         "idle_speed": 0.15 * top,
         "top_speed": top,
         "tail_thrust_factor": tail_thrust / tail_top**2,
@@ -151,9 +159,12 @@ def _schedule(aircraft: Aircraft, table: np.ndarray, axes: np.ndarray, gains: np
     servos = aircraft.vehicle[0]["servos"]
     count = int(axes[0, 2])
     airflow = axes[0, 0] + axes[0, 1] * np.arange(count)
-    blend = np.clip((airflow - 11.0) / 4.0, 0.0, 1.0)
+    blend = np.clip((airflow - WING_BORNE[0]) / (WING_BORNE[1] - WING_BORNE[0]), 0.0, 1.0)
     rate = RATE_CROSSOVER / (ROTOR_LAG + DELAY)
     tilt_lag = float(servos["time_constant"][0]) + DELAY + float(gains["airflow_filter"][0])
+    faster = 1.0 + HEAVE_GROWTH * np.maximum(airflow / WING_BORNE[1] - 1.0, 0.0)
+    hovering = VERTICAL_CROSSOVER / (2.0 * ROTOR_LAG + DELAY)
+    lateral = LATERAL_RATIO * ATTITUDE_RATIO * rate
     still = round(-axes[1, 0] / axes[1, 1])
     weight = round((-10.0 - axes[3, 0]) / axes[3, 1])
     lowest = _lowest_force(table[:, still, : round(-axes[2, 0] / axes[2, 1]) + 1, weight])
@@ -162,12 +173,12 @@ def _schedule(aircraft: Aircraft, table: np.ndarray, axes: np.ndarray, gains: np
         "pitch_gain": ATTITUDE_RATIO * rate,
         "roll_rate_gain": rate,
         "pitch_rate_gain": rate,
-        "yaw_rate_gain": 0.6 * rate,
-        "rate_integral_share": 0.15,
+        "yaw_rate_gain": YAW_SHARE * rate,
+        "rate_integral_share": INTEGRAL,
         "forward_gain": FORWARD_CROSSOVER / tilt_lag,
-        "lateral_gain": LATERAL_RATIO * ATTITUDE_RATIO * rate,
-        "vertical_gain": VERTICAL_CROSSOVER / ((1.0 - blend) * (2.0 * ROTOR_LAG + DELAY) + blend * tilt_lag),
-        "integral_share": 0.15,
+        "lateral_gain": lateral * (1.0 + blend * (WING_BORNE_LATERAL - 1.0)),
+        "vertical_gain": hovering + blend * (WING_BORNE_VERTICAL / tilt_lag * faster - hovering),
+        "integral_share": INTEGRAL * (1.0 + blend * (WING_BORNE_INTEGRAL - 1.0)),
         "brake": np.clip(-BRAKING_SHARE * lowest, *PLANNED_BRAKING),
         "lowest_force": lowest,
     }

@@ -33,7 +33,7 @@ from sitl.control.translation import (
 )
 from vehicle_model.compiled import compiled
 from vehicle_model.force_map import SEA_LEVEL_DENSITY
-from vehicle_model.motor import throttle_for
+from vehicle_model.motor import servo_rate, throttle_for
 from vehicle_model.rotation import ned_to_body
 
 __all__ = ["control_step"]
@@ -46,6 +46,9 @@ STRONGEST_FORCE = -2.0  # demand down the body, per mass, kept from falling to w
 SLOW_AIRFLOW = 3.0  # below it the airflow gives the nose no direction [m/s]
 SLOW_COURSE = 1.5  # below it the ground track does not [m/s]
 RATE_INTEGRAL_LIMIT = (12.0, 12.0, 6.0)  # [rad/s^2]
+TILT_ASTRAY = math.radians(5.0)  # from where it should be: the tilt drive does not follow
+TILT_JUDGEMENT = 0.5  # time to be sure of that [s]
+STUCK_PITCH = math.radians(20.0)  # that the fuselage takes up for a stuck wing: more, and the tail meets the ground
 FASTEST_LIMIT = 1.02  # of the speed at full throttle and rest that the rotors are asked for
 
 
@@ -64,6 +67,8 @@ def restart(estimate, setpoint, memory) -> None:
             memory.velocity_integral_ned[k] = 0.0
             memory.rate_integral[k] = 0.0
         memory.heading_reference = estimate.euler[2]
+        memory.tilt_expected = estimate.servo[0]
+        memory.tilt_fault = 0.0
     memory.sequence = float(setpoint.sequence)
 
 
@@ -97,20 +102,28 @@ def turn_demand(estimate, setpoint, gains, memory, blend: float, u: float, v: fl
 
 
 @compiled
-def command_rotors(estimate, craft, gains, torque: float, map_speed: float, left: float, right: float, tail: float,
-                   controls) -> None:  # fmt: skip
-    """Throttles that bring the rotors to their speeds [rad/s]: the torque they take there, and what accelerates them.
+def watch_tilt(estimate, craft, memory, command: float, dt: float) -> None:
+    """Judge whether the tilt drive follows its command: it should be where a sound one would be by now."""
+    memory.tilt_expected += dt * servo_rate(craft.servos[0], memory.tilt_expected, command)
+    astray = abs(estimate.servo[0] - memory.tilt_expected) > TILT_ASTRAY
+    memory.tilt_fault = limited(memory.tilt_fault + (dt if astray else -dt) / TILT_JUDGEMENT, 0.0, 1.0)
 
-    `torque` [N m] is what a wing rotor takes at `map_speed`; it goes with the square of the speed.
+
+@compiled
+def rotor_throttle(estimate, craft, index: int, wanted: float, torque: float, lag: float, idle: float) -> float:
+    """Throttle that brings a rotor to a speed [rad/s] where it takes a torque [N m].
+
+    A controller that sets voltage holds the speed by itself; one that sets power is told what accelerates the rotor
+    too, to be there within `lag` [s]. At rest that takes no power whatever the torque, so a motor below half its idle
+    speed is asked for what it would take there.
     """
-    for i in range(2):
-        wanted = left if i == 0 else right
-        rotor, speed = craft.rotors[i], estimate.rotor_speed[i]
-        needs = torque * (wanted / map_speed) ** 2 + rotor.inertia * (wanted - speed) / gains.rotor_lag
-        controls[i] = limited(throttle_for(rotor, speed, needs), 0.0, 1.0)
-    rotor, speed = craft.rotors[2], estimate.rotor_speed[2]
-    needs = gains.tail_torque_factor * tail * abs(tail) + rotor.inertia * (tail - speed) / gains.tail_lag
-    controls[2] = limited(throttle_for(rotor, speed, needs), -1.0, 1.0)
+    rotor = craft.rotors[index]
+    if rotor.throttle_sets_power == 0:
+        sag = rotor.battery_voltage / estimate.battery_voltage
+        return limited(throttle_for(rotor, wanted, torque) * sag, rotor.min_throttle, 1.0)
+    speed = estimate.rotor_speed[index]
+    torque += rotor.inertia * (wanted - speed) / lag
+    return limited(throttle_for(rotor, max(speed, 0.5 * idle), torque), rotor.min_throttle, 1.0)
 
 
 @compiled
@@ -147,9 +160,8 @@ def control_step(estimates, setpoints, gain_records, table, axes, schedule, vehi
     if memory.sequence == -1.0:
         memory.airflow[0], memory.airflow[1] = u, w
     restart(estimate, setpoint, memory)
-    share = dt / (gains.airflow_filter + dt)
-    memory.airflow[0] += share * (u - memory.airflow[0])
-    memory.airflow[1] += share * (w - memory.airflow[1])
+    memory.airflow[0] += dt / (gains.airflow_filter + dt) * (u - memory.airflow[0])
+    memory.airflow[1] += dt / (gains.upwash_filter + dt) * (w - memory.airflow[1])
     flow_u, flow_w = memory.airflow[0] * thin, memory.airflow[1] * thin
     row = status.schedule
     schedule_lookup(schedule, axes, flow_u, row)
@@ -184,6 +196,11 @@ def control_step(estimates, setpoints, gain_records, table, axes, schedule, vehi
     memory.force_demand[0], memory.force_demand[1] = force_x, force_z
     map_lookup(table, axes, flow_u, flow_w, force_x, force_z, node)
     tilt, map_speed, flap, torque = node[0], node[1] / thin, node[2], node[3]
+    if level == VELOCITY:
+        # A wing that cannot tilt is inclined by the fuselage.
+        watch_tilt(estimate, craft, memory, tilt, dt)
+        leaning = limited(pitch + tilt - estimate.servo[0], -STUCK_PITCH, STUCK_PITCH)
+        pitch_wanted += memory.tilt_fault * (leaning - pitch_wanted)
     collective = map_speed
     fastest = FASTEST_LIMIT * gains.top_speed
     if level == ATTITUDE:
@@ -200,6 +217,8 @@ def control_step(estimates, setpoints, gain_records, table, axes, schedule, vehi
         reached_x, reached_z = node[11] - force_x, (node[12] - force_z) * math.cos(roll)
         if collective < map_speed:
             reached_z += (1.0 - (collective / map_speed) ** 2) * -bank_lift
+        # With the wing at another tilt than asked for the force points elsewhere, by about that angle.
+        reached_x -= memory.tilt_fault * force_z * (tilt - pitch_wanted - estimate.servo[0] + pitch)
         integrate_velocity(
             estimate, setpoint, row, memory,
             reached_x * cosine + reached_z * sine, -lift * lean - right, reached_z * cosine - reached_x * sine, dt,
@@ -243,13 +262,16 @@ def control_step(estimates, setpoints, gain_records, table, axes, schedule, vehi
     )
     tail = math.copysign(math.sqrt(abs(tail_thrust) / (gains.tail_thrust_factor * thin * thin)), tail_thrust)
     left, right_speed = collective + rotor, collective - rotor
-    command_rotors(estimate, craft, gains, torque, map_speed, left, right_speed, tail, controls)
+    # The torque a propeller takes goes with the square of its speed.
+    lag, idle = gains.rotor_lag, gains.idle_speed
+    controls[0] = rotor_throttle(estimate, craft, 0, left, torque * (left / map_speed) ** 2, lag, idle)
+    controls[1] = rotor_throttle(estimate, craft, 1, right_speed, torque * (right_speed / map_speed) ** 2, lag, idle)
+    controls[2] = rotor_throttle(estimate, craft, 2, tail, gains.tail_torque_factor * tail * abs(tail), lag, idle)
     controls[3] = tilt
     controls[4] = flap + aileron
     controls[5] = flap - aileron
     controls[6] = elevator
 
-    memory.tail_thrust = tail_thrust
     status.thrust = (collective / gains.top_speed) ** 2
     status.attitude_reference[0], status.attitude_reference[1] = roll_wanted, pitch_wanted
     status.attitude_reference[2] = memory.heading_reference

@@ -65,6 +65,7 @@ ESTIMATE = np.dtype(
         ("density", _f),  # [kg/m^3]
         ("rotor_speed", _f, (3,)),  # left, right, tail [rad/s], as the speed controllers report
         ("servo", _f, (4,)),  # tilt, aileron left and right, elevator [rad], as their sensors report
+        ("battery_voltage", _f),  # [V]
     ],
     align=True,
 )
@@ -125,7 +126,8 @@ MEMORY = np.dtype(
         ("rate_integral", _f, (3,)),  # [rad/s^2]
         ("force_demand", _f, (2,)),  # forward and down the body, per mass, as filtered [m/s^2]
         ("airflow", _f, (2,)),  # forward and down the body, as filtered [m/s]
-        ("tail_thrust", _f),  # [N]
+        ("tilt_expected", _f),  # where the tilt drive would be if it were sound [rad]
+        ("tilt_fault", _f),  # 0: the tilt drive follows, 1: it does not and the fuselage pitches instead
     ],
     align=True,
 )
@@ -147,9 +149,9 @@ GAINS = np.dtype(
         ("wing_borne_from", _f),  # forward airspeed at which the nose begins to follow the airflow [m/s]
         ("wing_borne_at", _f),  # and at which it does so wholly
         ("rotor_lag", _f),  # of the wing rotors' speed loops [s]
-        ("tail_lag", _f),
         ("elevator_preference", _f),  # how much dearer the tail rotor's thrust is than elevator, shares squared
-        ("airflow_filter", _f),  # [s]
+        ("airflow_filter", _f),  # of the airflow forward [s]
+        ("upwash_filter", _f),  # and of that down the body: what the wing gives way to gusts, heave damping keeps [s]
         ("idle_speed", _f),  # of the wing rotors [rad/s]
         ("top_speed", _f),  # of the wing rotors at full throttle [rad/s]
         ("tail_thrust_factor", _f),  # thrust per speed |speed| of the tail rotor [N s^2/rad^2]

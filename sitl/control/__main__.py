@@ -1,0 +1,50 @@
+"""`python -m sitl.control`: the control laws looked at from the shell."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.progress import track
+from typer.exceptions import TyperException
+
+from vehicle_model.aircraft import AircraftFileError, load_aircraft
+
+app = typer.Typer(
+    name="sitl.control", add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None,
+    help="Design and analysis of the flight controller.",
+)  # fmt: skip
+
+
+@app.callback()
+def commands() -> None:
+    """Keeps `report` a command of its own, beside others to come."""
+
+
+@app.command()
+def report(
+    out: Annotated[Path, typer.Option(help="Folder for the page and its figures.")] = Path("docs/control"),
+    aircraft: Annotated[Path | None, typer.Option(help="Aircraft file; default: the paper's aircraft.")] = None,
+) -> None:
+    """Stability margins of every loop over the whole transition, effectiveness, trim map and gains, as a page."""
+    from sitl.control.report import write_report
+
+    for written in write_report(load_aircraft(aircraft), out, lambda points: track(points, "corridor")):
+        print(written)
+
+
+def main() -> None:
+    """Entry point: errors of the user's making are one line; exit status 2 for a wrong command line, otherwise 1."""
+    try:
+        sys.exit(app(standalone_mode=False))
+    except TyperException as error:
+        print(f"error: {error.format_message()} (see --help)", file=sys.stderr)
+        sys.exit(2)
+    except (AircraftFileError, OSError) as error:
+        sys.exit(f"error: {error}")
+    except KeyboardInterrupt:
+        sys.exit(130)
+
+
+if __name__ == "__main__":
+    main()
