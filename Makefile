@@ -7,10 +7,10 @@ INSTALLED := $(VENV)/.installed
 ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run test format paper bench lock clean
+.PHONY: help setup run demo campaign test format paper control-report bench lock clean
 
 help: ## list these commands
-	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "make %-8s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 setup: $(INSTALLED) ## create .venv, install the pinned packages and ourselves, compile the numeric core
 	@$(BIN)/python -m vehicle_model.warm
@@ -25,6 +25,12 @@ $(INSTALLED): pyproject.toml requirements.lock $(wildcard setup.py)
 run: setup ## start the vehicle; ARGS="..." are its options, ARGS=--help lists them
 	$(BIN)/tiltwing-sitl --rerun web $(ARGS)
 
+demo: setup ## fly a whole mission by itself; leaves recording and report in build/demo; ARGS="--rerun web" shows it
+	$(BIN)/python -m sitl.demo $(ARGS)
+
+campaign: setup ## fly 300 missions in random winds with aircraft that differ; page and JSON in build/campaign
+	$(BIN)/python -m sitl.campaign $(ARGS)
+
 test: setup ## all checks: ruff, pyright, import layers, pytest
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
@@ -38,6 +44,9 @@ format: setup ## let ruff format the code and mend what it safely can
 
 paper: setup ## redraw the paper's figures and tables into docs/paper
 	$(BIN)/python -m vehicle_model paper --out docs/paper
+
+control-report: setup ## margins, gains and maps of the control laws into docs/control
+	$(BIN)/python -m sitl.control report --out docs/control $(ARGS)
 
 bench: setup ## how fast it is, beside peers measured in the same run; ARGS="--json FILE" keeps the figures
 	$(BIN)/python benchmarks/run.py $(ARGS)

@@ -24,7 +24,7 @@ def measure() -> list[Figure]:
 def fly() -> float:
     """One flight; raises RuntimeError if it ended on the ground, where there is less to compute."""
     heard: list[tuple[float, float]] = []
-    options = ("--at=trim:30", "--speed=max", f"--duration={FLIGHT}", f"--home=47.4,8.5,{HOME},0")
+    options = ("--at=trim:30", "--autopilot=off", "--speed=max", f"--duration={FLIGHT}", f"--home=47.4,8.5,{HOME},0")
     with Vehicle(*options, count=2) as vehicle:
         vehicle.process.wait(60.0)
         vehicle.sockets[0].settimeout(0.2)

@@ -12,34 +12,28 @@ from typing import Annotated, Literal, NamedTuple
 import typer
 from typer.exceptions import TyperException
 
-__all__ = ["Home", "Options", "main", "parse_options"]
+from sitl.home import Home, home_from
+
+__all__ = ["Options", "main", "parse_options"]
 
 PROGRAM = "tiltwing-sitl"
-PX4_HOME = "47.397742,8.545594,488,0"  # where PX4's simulators start, Zurich
-
-
-class Home(NamedTuple):
-    """Origin of the flight: geodetic degrees, metres above mean sea level, degrees from north."""
-
-    latitude: float
-    longitude: float
-    altitude: float
-    heading: float
-
-
-HOME_LIMITS = Home(89.9, 180.0, 20000.0, 360.0)
 
 
 class Options(NamedTuple):
-    """One command line, checked; in the units people type (degrees, metres, seconds)."""
+    """One command line, checked; in the units people type (degrees, metres, seconds).
 
-    at: str
+    What is None was not given and is as the scenario has it, which says what it is without a scenario file, too.
+    """
+
+    scenario: Path | None
+    at: str | None
+    autopilot: bool
     links: tuple[str, ...]
-    home: Home
-    wind: tuple[float, float, float]
-    earth: Literal["flat", "round", "wgs84"]
+    home: Home | None
+    wind: tuple[float, float, float] | None
+    earth: Literal["flat", "round", "wgs84"] | None
     speed: float  # inf for "max"
-    seed: int
+    seed: int | None
     aircraft: Path | None
     system_id: int  # instance included
     instance: int
@@ -92,13 +86,26 @@ _application = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_e
 
 @_application.command(name=PROGRAM, context_settings={"help_option_names": ["-h", "--help"]})
 def _command(
+    scenario: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Start, home, wind, parameters, mission and events of the flight; options go before it.",
+        ),
+    ] = None,
     at: Annotated[
-        str,
+        str | None,
         typer.Option(
             metavar="ground|trim:AIRSPEED|FILE",
-            help="Begin on the ground, in level flight (airspeed in m/s), or as in a file.",
+            help="Begin on the ground, in level flight (airspeed in m/s), or as in a file. [default: ground]",
         ),
-    ] = "ground",
+    ] = None,
+    autopilot: Annotated[
+        Literal["on", "off"],
+        typer.Option(
+            help="Flight controller on board; off: controls are held, for an outside controller to send them."
+        ),
+    ] = "on",
     link: Annotated[
         list[str] | None,
         typer.Option(
@@ -108,11 +115,20 @@ def _command(
             "udpout:127.0.0.1:14540 for SDKs]",
         ),
     ] = None,
-    home: Annotated[str, typer.Option(metavar="LAT,LON,ALT,HDG", help="Degrees and metres.")] = PX4_HOME,
-    wind: Annotated[str, typer.Option(metavar="N,E[,D]", help="Steady wind in m/s, blowing to.")] = "0,0",
-    earth: Annotated[Literal["flat", "round", "wgs84"], typer.Option(help="Shape of the Earth.")] = "flat",
+    home: Annotated[
+        str | None,
+        typer.Option(metavar="LAT,LON,ALT,HDG", help="Degrees and metres. [default: 47.397742,8.545594,488,0]"),
+    ] = None,
+    wind: Annotated[
+        str | None, typer.Option(metavar="N,E[,D]", help="Steady wind in m/s, blowing to. [default: 0,0]")
+    ] = None,
+    earth: Annotated[
+        Literal["flat", "round", "wgs84"] | None, typer.Option(help="Shape of the Earth. [default: flat]")
+    ] = None,
     speed: Annotated[str, typer.Option(metavar="N|max", help="Times real time.")] = "1",
-    seed: Annotated[int, typer.Option(metavar="N", min=0, help="Where random streams begin.")] = 0,
+    seed: Annotated[
+        int | None, typer.Option(metavar="N", min=0, help="Where random streams begin. [default: 0]")
+    ] = None,
     aircraft: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Aircraft file. [default: the paper's, hong2013.toml]")
     ] = None,
@@ -130,7 +146,7 @@ def _command(
         float, typer.Option(metavar="S", min=0.01, max=60.0, help="Servo outputs older than this are stale.")
     ] = 0.5,
     lockstep: Annotated[
-        bool, typer.Option("--lockstep", help="Each HIL_ACTUATOR_CONTROLS advances time by one step of 1/rate.")
+        bool, typer.Option("--lockstep", help="Each HIL_ACTUATOR_CONTROLS is one step of 1/rate; no autopilot.")
     ] = False,
     rate: Annotated[int, typer.Option(metavar="HZ", min=50, max=10000, help="Integration steps per second.")] = 400,
     duration: Annotated[
@@ -157,10 +173,12 @@ def _command(
     if lockstep and wait_servos:
         _refuse("--lockstep", "expected no --wait-servos with it, for time always waits for the outside controller")
     return Options(
+        scenario=scenario,
         at=at,
+        autopilot=autopilot == "on" and not lockstep,
         links=tuple(link or ()),
-        home=_home(home),
-        wind=_wind(wind),
+        home=None if home is None else _home(home),
+        wind=None if wind is None else _wind(wind),
         earth=earth,
         speed=factor,
         seed=seed,
@@ -195,11 +213,11 @@ def _numbers(option: str, text: str, form: str, *counts: int) -> list[float]:
 
 
 def _home(text: str) -> Home:
-    home = Home(*_numbers("--home", text, "LAT,LON,ALT,HDG in degrees and metres", 4))
-    for name, value, limit in zip(Home._fields, home, HOME_LIMITS, strict=True):
-        if abs(value) > limit:
-            _refuse("--home", f"expected a {name} within +-{limit:g}, got {value:g}")
-    return home
+    numbers = _numbers("--home", text, "LAT,LON,ALT,HDG in degrees and metres", 4)
+    try:
+        return home_from(numbers)
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint="'--home'") from None
 
 
 def _wind(text: str) -> tuple[float, float, float]:

@@ -7,16 +7,18 @@ import sys
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from sitl.airframe import FlightDivergedError
 from sitl.clock import Clock
+from sitl.flight.plan_file import PlanError
 from sitl.mavlink import LinkError, LinkSpec, MavlinkFace, parse_link
 from sitl.runtime import Runtime
-from sitl.simulation import FlightDivergedError, Simulation
-from sitl.start import Start, StartError, start_at
+from sitl.scenario import Scenario, ScenarioError, load_scenario
+from sitl.simulation import Simulation
+from sitl.start import StartError
 from sitl.status import Status
 from sitl.viewer import Viewer, ViewerOptionError, open_viewer
-from vehicle_model.aircraft import Aircraft, AircraftFileError, load_aircraft
+from vehicle_model.aircraft import AircraftFileError
 from vehicle_model.compiled import is_warm
-from vehicle_model.earth import make_environment
 
 if TYPE_CHECKING:
     from types import FrameType
@@ -51,7 +53,7 @@ def fly(options: "Options") -> int:
             from vehicle_model.warm import warm_up  # brings all of the analysis along, which a warm start need not load
 
             warm_up(status.say)
-        simulation, start = _vehicle(options)
+        simulation = _vehicle(options)
         with open_viewer(options.rerun, simulation.aircraft, map=not options.no_map) as viewer:
 
             def tell(severity: int, text: str) -> None:
@@ -67,6 +69,7 @@ def fly(options: "Options") -> int:
                 servo_timeout=options.servo_timeout,
                 speed=options.speed,
                 lockstep=options.lockstep,
+                autopilot=options.autopilot,
                 on_text=tell,
             ) as face:
                 runtime = Runtime(
@@ -79,13 +82,13 @@ def fly(options: "Options") -> int:
                     wait_servos=options.wait_servos,
                     lockstep=options.lockstep,
                 )
-                _introduce(status, options, start, specs, viewer)
+                _introduce(status, options, simulation, specs, viewer)
                 if options.realtime_priority:
                     _ask_for_realtime_priority(status)
                 received = _stop_on_signals(runtime)
                 runtime.run()
                 return 128 + received[0] if received else 0
-    except (AircraftFileError, StartError, LinkError, ViewerOptionError) as error:
+    except (AircraftFileError, ScenarioError, StartError, PlanError, LinkError, ViewerOptionError) as error:
         raise LaunchError(str(error), 2) from None
     except FlightDivergedError as error:
         raise LaunchError(str(error), 1) from None
@@ -93,21 +96,25 @@ def fly(options: "Options") -> int:
         status.close()
 
 
-def _vehicle(options: "Options") -> tuple[Simulation, Start]:
+def _vehicle(options: "Options") -> Simulation:
     """The simulation at its start, everything it calls compiled or loaded."""
-    aircraft: Aircraft = load_aircraft(options.aircraft)
-    environment = make_environment(
-        options.earth,
-        latitude=math.radians(options.home.latitude),
-        longitude=math.radians(options.home.longitude),
-        height_ellipsoid=options.home.altitude,
-        wind_ned=options.wind,
+    simulation = Simulation(
+        Scenario() if options.scenario is None else load_scenario(options.scenario),
+        aircraft=options.aircraft,
+        seed=options.seed,
+        start=options.at,
+        wind=options.wind,
+        home=options.home,
+        earth=options.earth,
+        autopilot=options.autopilot,
+        rate=options.rate,
     )
-    start = start_at(options.at, aircraft, environment, math.radians(options.home.heading))
-    simulation = Simulation(aircraft, environment, start.state, start.controls, seed=options.seed, rate=options.rate)
-    simulation.advance(0)
+    if options.autopilot and options.speed == math.inf:
+        # Wall time says nothing about how long a link has been silent when time runs as fast as it can.
+        simulation.flight.links.enforced = simulation.scenario.links_enforced
+    simulation.airframe.advance(0)
     simulation.snapshot()
-    return simulation, start
+    return simulation
 
 
 def _shifted(spec: LinkSpec, instance: int) -> LinkSpec:
@@ -121,11 +128,14 @@ def _shifted(spec: LinkSpec, instance: int) -> LinkSpec:
     return replace(spec, port=port, text=f"{spec.kind}:{spec.host}:{port}")
 
 
-def _introduce(status: Status, options: "Options", start: Start, specs: list[LinkSpec], viewer: Viewer) -> None:
+def _introduce(
+    status: Status, options: "Options", simulation: Simulation, specs: list[LinkSpec], viewer: Viewer
+) -> None:
     """Tell where the vehicle is, where to connect and where to watch."""
-    home = options.home
+    home = simulation.scenario.home
+    flown_by = "autopilot on" if options.autopilot else "autopilot off, controls are held"
     status.say(
-        f"Tilt-wing, system {options.system_id}: {start.description}; "
+        f"Tilt-wing, system {options.system_id}: {simulation.description}, {flown_by}; "
         f"home {home.latitude:g}, {home.longitude:g}, {home.altitude:g} m, heading {home.heading:g} deg"
     )
     for spec in specs:

@@ -10,7 +10,7 @@ import select
 import sys
 from typing import TYPE_CHECKING
 
-from sitl.simulation import FlightDivergedError
+from sitl.airframe import FlightDivergedError
 from sitl.status import Report
 
 if TYPE_CHECKING:
@@ -28,6 +28,7 @@ KEEPALIVE_PERIOD = 0.2  # [s], wall time: the links' own matters go on while sim
 SPIN_PERIOD = 2e-4  # [s]: in lockstep the next tick is mostly near, and to be woken up for it would take longer
 IDLE_PERIOD = 0.05  # [s], how long to wait for input at a time where nothing else sets the pace
 TICKS_PER_TURN = 100  # catching up, or as fast as possible: so many steps before input is looked at again
+NOT_SEEN = -1
 ROUNDING = 1e-6  # [ticks]; a message due exactly on a tick must not wait for the next
 EMERGENCY = 0  # MAV_SEVERITY
 
@@ -67,7 +68,7 @@ class Runtime:
         self._lockstep = lockstep
         self._going = True
         self._servos_taken = 0
-        face.servo_input.follow(simulation.controls)  # channels that nobody sends stay where the start has them
+        simulation.listener = face.statustext
         self._seen = simulation.snapshot()
         self._seen_tick = simulation.tick
         self._next_view = self._next_keepalive = self._next_report = 0.0  # [s], wall time
@@ -108,7 +109,7 @@ class Runtime:
             now = clock.now()
             # Asking all sockets at once costs half of trying each.
             if select.select(face.sockets(), (), (), 0.0)[0] or now >= self._next_keepalive:
-                face.receive(now)
+                self._receive(now)
                 self._apply_servos()
             target = min(clock.due(simulation.tick, now, TICKS_PER_TURN), self._end)
             while True:
@@ -119,7 +120,7 @@ class Runtime:
                 if simulation.tick >= target:
                     break
                 stop = target if message_due >= target else max(math.ceil(message_due), simulation.tick + 1)
-                simulation.advance(stop - simulation.tick)
+                simulation.step(stop - simulation.tick)
             self._attend(now)
             clock.wait(simulation.tick)
 
@@ -131,13 +132,13 @@ class Runtime:
             if now - ticked > SPIN_PERIOD:
                 select.select(face.sockets(), (), (), IDLE_PERIOD)
                 now = clock.now()
-            face.receive(now)
+            self._receive(now)
             if servos.take_repeat():
                 face.answer(self._look(), now)
             while servos.take_tick() and simulation.tick < self._end:
                 ticked = now
                 simulation.set_controls(servos.controls)
-                simulation.advance(1)
+                simulation.step(1)
                 face.answer(self._look(), now)
                 if face.next_due() <= simulation.time:
                     face.publish(self._look(), now)
@@ -148,14 +149,28 @@ class Runtime:
         while self._going and face.servo_input.source is None:
             select.select(face.sockets(), (), (), IDLE_PERIOD)
             now = clock.now()
-            face.receive(now)
+            self._receive(now)
+            self._apply_servos()
             self._attend(now)
 
+    def _receive(self, now: float) -> None:
+        # Channels that an outside controller does not send stay where they are when it takes the servos.
+        self._face.servo_input.follow(self._simulation.controls)
+        self._face.receive(now)
+        self._seen_tick = NOT_SEEN  # what came may have changed more than time does
+
     def _apply_servos(self) -> None:
+        """Let the servo outputs of an outside controller have the actuators, and the autopilot once they are missed."""
         servos = self._face.servo_input
         if servos.taken != self._servos_taken:
             self._servos_taken = servos.taken
             self._simulation.set_controls(servos.controls)
+
+    def _watch_servos(self, now: float) -> None:
+        servos = self._face.servo_input
+        servos.watch(now)
+        if self._simulation.is_flown_from_outside and not servos.fresh(now):
+            self._simulation.take_over()
 
     def _look(self) -> "Snapshot":
         """The present moment, looked at once however many want to see it."""
@@ -166,7 +181,7 @@ class Runtime:
 
     def _attend(self, now: float) -> None:
         """What is due by wall time: stale servos, pictures, the links' own matters, a line for the terminal."""
-        self._face.servo_input.watch(now)
+        self._watch_servos(now)
         # A picture may be late by half its period, to show a moment that is looked at anyway.
         late = now - self._next_view
         if late >= 0.0 and (self._seen_tick == self._simulation.tick or late >= 0.5 * VIEWER_PERIOD):
@@ -182,11 +197,14 @@ class Runtime:
     def _report(self, now: float) -> Report:
         seen, source = self._look(), self._face.servo_input.source
         place = "on ground" if seen.on_ground else f"{-seen.position_ned[2]:.0f} m {seen.airspeed:.1f} m/s"
-        held_by = "-" if source is None else source.system
+        if seen.mode is None:
+            flown_by = f"servos {'-' if source is None else source.system}"
+        else:
+            flown_by = f"{seen.mode.capitalize()} {'armed' if seen.armed else 'disarmed'}"
         return Report(
             time=seen.time,
             wall_time=now,
-            state=f"{place} tilt {math.degrees(seen.tilt):.0f} servos {held_by}",
+            state=f"{place} tilt {math.degrees(seen.tilt):.0f} {flown_by}",
             late_ticks=self._clock.late_ticks,
             dropped_ticks=self._clock.dropped_ticks,
             links=self._face.statistics(),

@@ -1,239 +1,389 @@
-"""The vehicle as one object: aircraft, Earth, state and controls, advanced in whole steps.
+"""The vehicle as one object in this process: airframe, flight and scenario, driven by nothing but calls.
 
-It knows no clock and no socket: whoever owns it decides when to advance, and reads immutable snapshots.
+    simulation = Simulation("windy.toml", start="trim:20")
+    simulation.flight.return_home()
+    simulation.run_until(lambda s: not s.flight.armed, timeout=300.0)
+
+It knows no clock and no socket. The same arguments, commands at the same simulated times and a seed give the same bits,
+however the steps between them are grouped.
 """
 
 import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sitl.snapshot import Snapshot
-from vehicle_model.atmosphere import atmosphere
-from vehicle_model.compiled import compiled
-from vehicle_model.earth import geodetic, local_axes
-from vehicle_model.integrate import advance, observe
-from vehicle_model.records import OUTPUTS
-from vehicle_model.rotation import body_to_ned, euler_from_quaternion, quaternion_multiply, quaternion_normalise
-from vehicle_model.state import (
-    CONTROL_COUNT,
-    CONTROL_NAMES,
-    POSITION,
-    QUATERNION,
-    RATES,
-    STATE_COUNT,
-    STATE_NAMES,
-    TILT,
-    VELOCITY,
-)
+from sitl.airframe import Airframe
+from sitl.control.design import design_for
+from sitl.flight.flight import Flight
+from sitl.flight.mode import Mode
+from sitl.flight.parameters import Parameters
+from sitl.flight.plan_file import PlanError, read_plan
+from sitl.flight.refused import Refused
+from sitl.flight.view import View
+from sitl.history import History
+from sitl.recorder import Recorder
+from sitl.scenario import Earth, Scenario, Script, load_scenario
+from sitl.scenario.link_ages import LINKS, LinkAges
+from sitl.start import Start, start_at
+from sitl.start_file import TRIM_HEIGHT
+from vehicle_model.aircraft import Aircraft, load_aircraft
+from vehicle_model.earth import make_environment
+from vehicle_model.state import CONTROL_COUNT, STATE_COUNT, TILT
+from vehicle_model.wind import wind_step
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from vehicle_model.aircraft import Aircraft
+    from sitl.flight.offboard import AttitudeSetpoint, MotionSetpoint
+    from sitl.snapshot import Snapshot
 
-__all__ = ["FlightDivergedError", "Simulation"]
+__all__ = ["Simulation"]
 
-
-# No state of an aircraft is larger in its SI unit; the equations' products of such states are still finite, so every
-# state that is shown has finite forces.
-BEYOND = 1e9
-
-
-class FlightDivergedError(ArithmeticError):
-    """The equations of motion gave a number that is not finite or beyond all bounds; the flight cannot go on."""
+EVENTS_RATE = 50  # of the flight's updates [Hz]
+TILT_COMMAND = 3  # of the controls; the aileron and elevator commands follow
+WING_BORNE = 8.0  # airspeed from which a start in the air is one on the wing [m/s]
+ROTORS = ("left", "right", "tail")
+SERVOS = ("tilt", "aileron_left", "aileron_right", "elevator")
 
 
 class Simulation:
-    """One tilt-wing in flight, or on its gear.
+    """One tilt-wing, its flight controller and what a scenario does to them.
 
     Args:
-        aircraft: what flies (`vehicle_model.aircraft.load_aircraft`).
-        environment: Earth and wind (`vehicle_model.earth.make_environment`), one ENVIRONMENT record.
-        state: initial state (20,), laid out as in `vehicle_model.state`; copied.
-        controls: initial controls (7,), as there; copied.
-        seed: from which random streams spawn, one per source. Nothing in the flight itself is random.
-        rate: integration steps per simulated second [Hz].
+        scenario: or the path of its file; calm and on the ground if None. What follows goes before what it says.
+        aircraft: what flies: an aircraft or the path of its file.
+        design_aircraft: what the control laws are designed for; what flies, if None.
+        seed: from which random streams spawn, one per source. Nothing in the flight itself is random yet.
+        start: `ground`, `trim:AIRSPEED`, the path of a start file, or a state (20,), as `reset` takes it.
+        wind: steady wind (NED, blowing to) [m/s]; gusts and roughness stay those of the scenario.
+        home: latitude, longitude [deg], altitude above mean sea level [m] and heading [deg].
+        earth: flat, round or wgs84.
+        parameters: values by name, on top of the scenario's.
+        autopilot: False leaves the actuators to `set_controls`; there is no flight then.
+        rate: integration steps per simulated second [Hz], at least 50.
 
-    The same arguments and the same controls at the same ticks give the same bits, however the steps are grouped.
+    Attributes:
+        aircraft: what flies.
+        scenario: what is flown, with the arguments above in it.
+        airframe: dynamics, wind, battery and control laws.
+        items_reached: indices of the mission's items in the order in which they were reached.
+        autopilot: whether there is one.
+        description: where this began, in words.
+        listener: told (MAV_SEVERITY, text) what the pilot is told, or None.
+
+    Raises ScenarioError, StartError, PlanError, AircraftFileError or another ValueError, each with one line.
     """
 
     def __init__(
         self,
-        aircraft: "Aircraft",
-        environment: np.ndarray,
-        state: "ArrayLike",
-        controls: "ArrayLike",
+        scenario: Scenario | Path | str | None = None,
         *,
-        seed: int = 0,
+        aircraft: Aircraft | Path | str | None = None,
+        design_aircraft: Aircraft | None = None,
+        seed: int | None = None,
+        start: "str | Path | ArrayLike | None" = None,
+        wind: Sequence[float] | None = None,
+        home: Sequence[float] | None = None,
+        earth: Earth | None = None,
+        parameters: Mapping[str, float] | None = None,
+        autopilot: bool = True,
         rate: int = 400,
     ) -> None:
-        if rate < 1:
-            msg = f"rate: expected at least 1 step per second, got {rate}"
+        if rate < EVENTS_RATE:
+            msg = f"rate: expected at least {EVENTS_RATE} steps per second, got {rate}"
             raise ValueError(msg)
+        if not isinstance(scenario, Scenario):
+            scenario = Scenario() if scenario is None else load_scenario(scenario)
+        self.scenario = scenario.with_arguments(seed=seed, wind=wind, home=home, earth=earth, parameters=parameters)
+        if not isinstance(aircraft, Aircraft):
+            aircraft = load_aircraft(self.scenario.aircraft if aircraft is None else aircraft)
         self.aircraft = aircraft
-        self.environment = environment
-        self.seed = seed
-        self.rate = rate
-        self.tick = 0
-        self._step = 1.0 / rate
-        self._vehicle = aircraft.vehicle
-        self._state = np.empty(STATE_COUNT)
-        self._before = np.empty(STATE_COUNT)
-        self._controls = np.empty(CONTROL_COUNT)
-        self._rate_of_change = np.empty(STATE_COUNT)
-        self.reset(state)
-        self.set_controls(controls)
+        self.autopilot = autopilot
+        self.listener: Callable[[int, str], None] | None = None
+        self._design = design_for(design_aircraft or aircraft) if autopilot else None
+        self._rate = rate
+        self._ticks_per_update = round(rate / EVENTS_RATE)
+        self.reset(self.scenario.start if start is None else start)
+
+    # -- time ------------------------------------------------------------------------------------------------------
+
+    @property
+    def rate(self) -> int:
+        """Integration steps per simulated second [Hz]."""
+        return self._rate
+
+    @property
+    def tick(self) -> int:
+        """Steps since the start."""
+        return self.airframe.tick
 
     @property
     def time(self) -> float:
-        """Simulated seconds since the start: steps over rate, so nothing accumulates."""
-        return self.tick / self.rate
+        """Simulated seconds since the start."""
+        return self.airframe.time
+
+    def advance(self, seconds: float) -> None:
+        """Fly so many simulated seconds, to the nearest step. Raises FlightDivergedError as `step`."""
+        self.step(round(seconds * self._rate))
+
+    def step(self, ticks: int = 1) -> None:
+        """Fly so many steps of 1/rate; the flight is updated whenever 1/50 s is full, the first time before anything.
+
+        Raises FlightDivergedError when the equations give nonsense; the state is then the last sound one.
+        """
+        airframe = self.airframe
+        end = airframe.tick + ticks
+        while True:
+            if airframe.tick == self._next_update:
+                self._update()
+            if airframe.tick >= end:
+                return
+            airframe.advance(min(end, self._next_update) - airframe.tick)
+
+    def run_until(self, condition: "Callable[[Simulation], bool]", timeout: float) -> bool:
+        """Fly until the condition holds, looked at after every update of the flight, or for `timeout` [s] at most.
+
+        Returns whether it holds.
+        """
+        end = self.tick + round(timeout * self._rate)
+        while not condition(self):
+            if self.tick >= end:
+                return False
+            self.step(min(self._next_update - self.tick or self._ticks_per_update, end - self.tick))
+        return True
+
+    # -- state -----------------------------------------------------------------------------------------------------
+
+    def reset(self, start: "str | Path | Start | ArrayLike") -> None:
+        """Begin anew, anywhere: everything is as in a new Simulation of the same arguments with this start.
+
+        So time is zero, the battery full, the scenario at its beginning, and the flight another object, with the
+        parameters and the mission that the arguments say. In the air it begins armed, in Hold, wing-borne from 8 m/s
+        of airspeed on; on the ground disarmed.
+
+        `start` is `ground`, `trim:AIRSPEED`, the path of a start file, or a state (20,) as in `vehicle_model.state`,
+        whose servos stay where they are. Raises StartError, or ValueError for a state that is none.
+        """
+        wind = self.scenario.wind.record()
+        environment = self._environment()
+        in_the_air = isinstance(start, str) and start.startswith("trim:")
+        wind_step(wind, 0.0, TRIM_HEIGHT if in_the_air else 0.0, 0.0, 0.0, environment)
+        begin = self._start(start, environment)
+        self.description = begin.description
+        self.airframe = Airframe(
+            self.aircraft,
+            environment,
+            begin.state,
+            begin.controls,
+            wind=wind,
+            design=self._design,
+            drains=self.autopilot,
+            rate=self._rate,
+        )
+        self.items_reached: list[int] = []
+        self._recorder: Recorder | None = None
+        self._ticks_per_row = 0
+        self._next_update = 0
+        self._view = View()
+        self._links = LinkAges()
+        self._setpoint: MotionSetpoint | AttitudeSetpoint | None = None
+        self._flight: Flight | None = None
+        if self.autopilot:
+            self._flight = Flight(self.aircraft, self.airframe.environment, Parameters(self.scenario.parameters))
+            self._flight.messages.listeners.append(lambda message: self._tell(message.severity, message.text))
+            self.airframe.setpoint = self._flight.demand.record
+            self._begin_flight()
+            if self.scenario.mission is not None:
+                self.load_plan(self.scenario.mission)
+        self._script = Script(self.scenario.steps, self)
+
+    def snapshot(self) -> "Snapshot":
+        """All there is to see of the vehicle now, immutable."""
+        snapshot = self.airframe.snapshot()
+        flight = self._flight
+        if flight is None or self.airframe.controls_from_outside:
+            return snapshot
+        return replace(
+            snapshot,
+            armed=flight.armed,
+            mode=flight.mode.name,
+            landed=flight.landed.name,
+            regime=flight.regime.name,
+        )
 
     @property
     def state(self) -> np.ndarray:
-        """Copy of the state, shape (20,)."""
-        return self._state.copy()
+        """Copy of the state (20,), as in `vehicle_model.state`."""
+        return self.airframe.state
 
     @property
     def controls(self) -> np.ndarray:
-        """Copy of the controls, shape (7,)."""
-        return self._controls.copy()
+        """Copy of the controls in force (7,), as there."""
+        return self.airframe.controls
+
+    def record(self, every: float = 0.1) -> History:
+        """Keep a row of history every so many simulated seconds, to the nearest update, from now on; returns it."""
+        self._ticks_per_row = max(1, round(every * EVENTS_RATE)) * self._ticks_per_update
+        self._recorder = Recorder(self.airframe)
+        return self._recorder.history
+
+    # -- commands --------------------------------------------------------------------------------------------------
+
+    @property
+    def flight(self) -> Flight:
+        """The flight controller's events: where commands go. Raises Refused with the autopilot off."""
+        if self._flight is None:
+            raise Refused("the autopilot is off")
+        return self._flight
+
+    def load_plan(self, path: Path | str) -> None:
+        """Load mission, fence and rally points of a QGroundControl plan; home stays where it is.
+
+        Raises PlanError with one line that names the file and what is wrong with it, and then changes nothing.
+        """
+        plan = read_plan(Path(path))
+        flight = self.flight
+        before = flight.fence.polygons, flight.fence.circles, flight.rally.points
+        try:
+            flight.fence.load(plan.polygons, plan.circles)
+            flight.rally.load(plan.rally_points)
+            flight.load_mission(plan.items)
+        except ValueError as error:
+            flight.fence.load(*before[:2])
+            flight.rally.load(before[2])
+            msg = f"{path}: {error}"
+            raise PlanError(msg) from None
+
+    def say(self, severity: int, text: str) -> None:
+        """Tell the pilot (severity as MAV_SEVERITY)."""
+        if self._flight is None:
+            self._tell(severity, text)
+        else:
+            self._flight.say(severity, text)
+
+    def stream(self, setpoint: "MotionSetpoint | AttitudeSetpoint | None") -> None:
+        """Fly in Offboard, with this setpoint sent at every update from now on, as a computer outside does.
+
+        None: send no more. Raises Refused as the flight does.
+        """
+        self._setpoint = setpoint
+        if setpoint is not None:
+            self._send_setpoint()
+            self._links.refresh(self.flight.links, self.flight.sticks, self.time)
+            self.flight.set_mode(Mode.OFFBOARD)
+
+    def set_link(self, name: str, up: bool) -> None:
+        """Let the ground_station or manual_control be heard all the time from now on, or be silent."""
+        self._links.switch(_known("link", LINKS, name), up, self.time)
+
+    # -- an outside controller -------------------------------------------------------------------------------------
+
+    @property
+    def is_flown_from_outside(self) -> bool:
+        """Whether `set_controls` has taken the actuators from the vehicle's own controller."""
+        return self.autopilot and self.airframe.controls_from_outside
 
     def set_controls(self, controls: "ArrayLike") -> None:
-        """Hold these controls (7,) from the next step on.
+        """Hold these controls (7,) from the next step on: whoever sends them flies, until `take_over`.
 
         Raises ValueError for a wrong shape or a value that is not finite, and then changes nothing.
         """
-        self._controls[:] = _finite(controls, CONTROL_NAMES, "controls")
+        self.airframe.set_controls(controls)
+        self.airframe.controls_from_outside = True
 
-    def reset(self, state: "ArrayLike") -> None:
-        """Put the vehicle into this state (20,); time and controls go on. Raises ValueError as `set_controls` does."""
-        values = _finite(state, STATE_NAMES, "state")
-        attitude = values[QUATERNION : QUATERNION + 4]
-        length = float(np.sqrt(attitude @ attitude))
-        if not 0.5 < length < 2.0:
-            msg = f"state: expected a unit quaternion, got one of length {length:.3g}"
-            raise ValueError(msg)
-        self._state[:] = values
-        self._state[QUATERNION : QUATERNION + 4] /= length
+    def take_over(self) -> None:
+        """Let the vehicle's own controller fly again, from where the vehicle is: in Hold, or disarmed on the ground."""
+        if self.is_flown_from_outside:
+            self.airframe.controls_from_outside = False
+            self._begin_flight()
 
-    def advance(self, steps: int = 1) -> None:
-        """Fly so many steps of 1/rate with the present controls.
+    # -- fate ------------------------------------------------------------------------------------------------------
 
-        Raises FlightDivergedError when the state stops being finite or leaves all bounds (1e9 in its SI unit); it is
-        then left as before the call.
+    def set_wind(self, steady_ned: Sequence[float]) -> None:
+        """Let this be the steady wind from now on (NED, blowing to) [m/s]; roughness and gusts stay."""
+        self.airframe.set_wind(steady_ned)
+
+    def fail_motor(self, name: str, loss: float) -> None:
+        """Let a rotor (left, right, tail) lose this share of its thrust, 0..1. Raises ValueError for another."""
+        self.airframe.lose_thrust(ROTORS.index(_known("motor", ROTORS, name)), loss)
+
+    def fail_servo(self, name: str, angle: float | None = None) -> None:
+        """Let a servo (tilt, aileron_left, aileron_right, elevator) stick where it is, or run to an angle [rad] first.
+
+        Raises ValueError for another name, or an angle it cannot have.
         """
-        state, before = self._state, self._before
-        if not _fly(state, before, self._controls, self._vehicle, self.environment, self._step, steps):
-            broken = ", ".join(name for name, value in zip(STATE_NAMES, state, strict=True) if not abs(value) <= BEYOND)
-            state[:] = before
-            msg = f"flight diverged after t = {self.time:.4f} s: {broken} beyond {BEYOND:g} or not finite"
-            raise FlightDivergedError(msg)
-        self.tick += steps
+        self.airframe.stick_servo(SERVOS.index(_known("servo", SERVOS, name)), angle)
 
-    def snapshot(self) -> Snapshot:
-        """All there is to see of the vehicle now."""
-        outputs = np.zeros(1, OUTPUTS)
-        view = np.empty(VIEW_COUNT)
-        state, controls = self._state.copy(), self._controls.copy()
-        observe(state, controls, self._vehicle, self.environment, outputs, self._rate_of_change)
-        _look(state, self._vehicle, self.environment, outputs, view)
-        for array in (state, controls, outputs):
-            array.flags.writeable = False
-        v = view.tolist()
-        return Snapshot(
-            time=self.tick / self.rate,
-            state=state,
-            controls=controls,
-            outputs=outputs[0],
-            latitude=v[0],
-            longitude=v[1],
-            height_ellipsoid=v[2],
-            altitude_msl=v[2],
-            position_ned=(v[3], v[4], v[5]),
-            velocity_ned=(v[6], v[7], v[8]),
-            quaternion=(v[9], v[10], v[11], v[12]),
-            roll=v[13],
-            pitch=v[14],
-            yaw=v[15],
-            rates=(v[16], v[17], v[18]),
-            specific_force=(v[19], v[20], v[21]),
-            airspeed=v[22],
-            pressure=v[23],
-            temperature=v[24],
-            density=v[25],
-            wind_ned=(v[26], v[27], v[28]),
-            tilt=v[29],
-            on_ground=v[30] != 0.0,
+    def repair(self) -> None:
+        """End all faults."""
+        self.airframe.repair()
+
+    # -- inside ----------------------------------------------------------------------------------------------------
+
+    def _update(self) -> None:
+        """One turn of all that is not compiled."""
+        airframe, flight = self.airframe, self._flight
+        tick = airframe.tick
+        self._next_update = tick + self._ticks_per_update
+        if flight is not None and not airframe.controls_from_outside:
+            airframe.look(self._view)
+            self._send_setpoint()
+            self._links.refresh(flight.links, flight.sticks, airframe.time)
+            flight.update(self._view)
+            if flight.mission.reached:
+                self.items_reached += flight.mission.reached
+                flight.mission.reached.clear()
+        self._script.update(airframe.time)
+        if self._recorder is not None and tick % self._ticks_per_row == 0:
+            self._recorder.keep(flight)
+
+    def _send_setpoint(self) -> None:
+        """As a computer outside would, if there is one."""
+        if self._setpoint is not None:
+            self.flight.offboard(self._setpoint)
+            self._links.setpoint_received = self.time
+
+    def _begin_flight(self) -> None:
+        # Until the laws have had their first tick, what the servos are told is what they were told before.
+        self.airframe.status["servo_command"][0] = self.airframe.controls[TILT_COMMAND:]
+        self.airframe.look(self._view)
+        on_ground = self.airframe.snapshot().on_ground
+        self.flight.begin(self._view, airborne=not on_ground, cruise=self._view.airspeed >= WING_BORNE)
+
+    def _tell(self, severity: int, text: str) -> None:
+        if self.listener is not None:
+            self.listener(severity, text)
+
+    def _environment(self) -> np.ndarray:
+        """The Earth at home."""
+        home = self.scenario.home
+        return make_environment(
+            self.scenario.earth,
+            latitude=math.radians(home.latitude),
+            longitude=math.radians(home.longitude),
+            height_ellipsoid=home.altitude,
         )
 
+    def _start(self, start: "str | Path | Start | ArrayLike", environment: np.ndarray) -> Start:
+        if isinstance(start, Start):
+            return start
+        if isinstance(start, str | Path):
+            return start_at(str(start), self.aircraft, environment, math.radians(self.scenario.home.heading))
+        state = np.array(start, dtype=np.float64)
+        if state.shape != (STATE_COUNT,):
+            msg = f"start: expected a name, a file or a state of {STATE_COUNT} numbers, got an array of {state.shape}"
+            raise ValueError(msg)
+        controls = np.zeros(CONTROL_COUNT)
+        controls[TILT_COMMAND:] = state[TILT:]
+        return Start(state, controls, "in a given state")
 
-def _finite(values: "ArrayLike", names: tuple[str, ...], what: str) -> np.ndarray:
-    """Copy as floats, one for each name; raises ValueError naming what is wrong."""
-    array = np.array(values, dtype=np.float64)
-    if array.shape != (len(names),):
-        msg = f"{what}: expected {len(names)} numbers, got an array of shape {array.shape}"
+
+def _known(what: str, names: tuple[str, ...], name: str) -> str:
+    if name not in names:
+        msg = f"{what}: expected one of {', '.join(names)}, got {name!r}"
         raise ValueError(msg)
-    broken = _not_finite(array, names)
-    if broken:
-        values = ", ".join(f"{name} = {array[names.index(name)]}" for name in broken)
-        msg = f"{what}: expected finite numbers, got {values}"
-        raise ValueError(msg)
-    return array
-
-
-def _not_finite(array: np.ndarray, names: tuple[str, ...]) -> list[str]:
-    """Names of the values that are nan or inf."""
-    return [name for name, value in zip(names, array, strict=True) if not math.isfinite(value)]
-
-
-@compiled
-def _fly(state, before, controls, vehicle, environment, dt: float, steps: int) -> bool:
-    """Advance the state (20,) and keep the one before; False if a value has left all bounds."""
-    for k in range(STATE_COUNT):
-        before[k] = state[k]
-    advance(state, controls, vehicle, environment, dt, steps)
-    finite = True
-    for k in range(STATE_COUNT):
-        finite = finite and abs(state[k]) <= BEYOND  # not a number is not either
-    return finite
-
-
-VIEW_COUNT = 31
-
-
-@compiled
-def _look(state, vehicle, environment, outputs, view) -> None:
-    """Write into `view` (31,) what the equations of motion need not know: place, local axes, air, accelerometer."""
-    out, world = outputs[0], environment[0]
-    north, east, down = state[POSITION], state[POSITION + 1], state[POSITION + 2]
-    q0, q1, q2, q3 = state[QUATERNION], state[QUATERNION + 1], state[QUATERNION + 2], state[QUATERNION + 3]
-    latitude, longitude, height = geodetic(north, east, down, world)
-    temperature, pressure, density, _ = atmosphere(height)
-
-    l0, l1, l2, l3 = local_axes(north, east, down, world)
-    a0, a1, a2, a3 = quaternion_normalise(*quaternion_multiply(l0, l1, l2, l3, q0, q1, q2, q3))
-    if a0 < 0.0:  # of the two quaternions of an attitude, the one with the smaller turn
-        a0, a1, a2, a3 = -a0, -a1, -a2, -a3
-    roll, pitch, yaw = euler_from_quaternion(a0, a1, a2, a3)
-    velocity = body_to_ned(a0, a1, a2, a3, state[VELOCITY], state[VELOCITY + 1], state[VELOCITY + 2])
-    wind = body_to_ned(l0, l1, l2, l3, world.wind_ned[0], world.wind_ned[1], world.wind_ned[2])
-
-    view[0], view[1], view[2] = latitude, longitude, height
-    view[3], view[4], view[5] = north, east, down
-    view[9], view[10], view[11], view[12] = a0, a1, a2, a3
-    view[13], view[14], view[15] = roll, pitch, yaw
-    for k in range(3):
-        view[6 + k] = velocity[k]
-        view[16 + k] = state[RATES + k]
-        view[19 + k] = out.force_body[k] / vehicle[0].mass
-        view[26 + k] = wind[k]
-    view[22] = out.airspeed
-    view[23], view[24], view[25] = pressure, temperature, density
-    view[29] = state[TILT]
-    touching = 0.0
-    for i in range(vehicle[0].contact_count):
-        if out.contact_force_body[i, 2] != 0.0:
-            touching = 1.0
-    view[30] = touching
+    return name

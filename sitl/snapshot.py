@@ -16,6 +16,9 @@ class Snapshot:
     WGS-84 ellipsoid (`height_ellipsoid`) and above mean sea level (`altitude_msl`); roll, pitch and yaw [rad] and
     `quaternion` relate to the local NED axes at the vehicle, `velocity_ned` [m/s] as well; `position_ned` [m] to
     the home position. `specific_force` [m/s^2] is what a perfect accelerometer at the centre of mass reads, body axes.
+
+    The last fields are those of the vehicle's own flight controller, by the names of its enumerations (`sitl.flight`);
+    they are None while it does not fly, for it is off or an outside controller has the actuators.
     """
 
     time: float  # simulated seconds since start
@@ -40,4 +43,11 @@ class Snapshot:
     density: float  # [kg/m^3]
     wind_ned: tuple[float, float, float]  # blowing to [m/s]
     tilt: float  # [rad]
-    on_ground: bool
+    on_ground: bool  # a point of the landing gear bears load
+    battery_voltage: float = 0.0  # under load [V]
+    battery_current: float = 0.0  # [A]
+    battery_remaining: float | None = None  # 0..1; None: it never empties
+    armed: bool | None = None
+    mode: str | None = None  # of sitl.flight.mode.Mode
+    landed: str | None = None  # of sitl.flight.landed.LandedState
+    regime: str | None = None  # of sitl.flight.regime.Regime

@@ -4,25 +4,22 @@ docs/start-file.md tells users about it; `sitl.start` makes a state of it.
 """
 
 import math
-import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import msgspec
 import numpy as np
 
+from sitl.toml_file import TableError, numbers, read_table, typed
 from vehicle_model.earth import height_above_ellipsoid
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from vehicle_model.aircraft import Aircraft
 
 __all__ = ["RPM", "TRIM_HEIGHT", "StartError", "StartFile", "read_start_file"]
 
 TRIM_HEIGHT = 100.0  # above home [m]: room for a phugoid
 RPM = 2.0 * math.pi / 60.0  # [rad/s]
-LARGEST = 1e6  # of any value in its unit [m, m/s, deg/s, rpm]: far from where the equations overflow
 ROUNDING = 1e-9  # of a limit turned into the file's units
 
 
@@ -54,41 +51,28 @@ def read_start_file(path: Path, aircraft: "Aircraft", environment: np.ndarray) -
     Raises StartError with one line that names the file, the key and what was expected.
     """
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        msg = f"{path}: cannot be read as TOML: {error}"
+        given = typed(read_table(path), StartFile)
+        _check(given, aircraft, environment)
+    except TableError as error:
+        msg = f"{path}: {error}"
         raise StartError(msg) from None
-    problem = next(_problems(table, aircraft, environment), None)
-    if problem is not None:
-        msg = f"{path}: {problem}"
-        raise StartError(msg)
-    return msgspec.convert(table, StartFile)
+    return given
 
 
-def _problems(table: dict[str, object], aircraft: "Aircraft", environment: np.ndarray) -> "Iterator[str]":
-    """What is wrong with a file's table, as "KEY: expected ..., got ..."; each check relies on those before it."""
-    for key in table:
-        if key not in StartFile.__struct_fields__:
-            yield f"{key}: unknown key, expected one of {', '.join(StartFile.__struct_fields__)}"
-    for key, value in _numbers(table):
-        if not abs(value) <= LARGEST:
-            yield f"{key}: expected a number within +-{LARGEST:g}, got {value if isinstance(value, float) else 'more'}"
-    try:
-        given = msgspec.convert(table, StartFile)
-    except msgspec.ValidationError as error:
-        problem, _, place = str(error).partition(" - at `$.")
-        yield f"{place.rstrip('`')}: {problem[:1].lower()}{problem[1:]}"
-        return
+def _check(given: StartFile, aircraft: "Aircraft", environment: np.ndarray) -> None:
+    """Raise TableError for what the aircraft cannot do, or a place below the ground."""
     ranges = _ranges(aircraft)
-    for key, value in _numbers(msgspec.structs.asdict(given)):
+    for key, value in numbers(msgspec.structs.asdict(given)):
         if key in ranges:
             lowest, highest = ranges[key]
             if not lowest - ROUNDING <= value <= highest + ROUNDING:
-                yield f"{key}: expected {lowest:.6g} to {highest:.6g}, which the aircraft allows, got {value:.6g}"
+                msg = f"{key}: expected {lowest:.6g} to {highest:.6g}, which the aircraft allows, got {value:.6g}"
+                raise TableError(msg)
     home = environment[0]
     above_ground = float(height_above_ellipsoid(*given.position_ned, home) - home["ground_height"])
     if above_ground < 0.0:
-        yield f"position_ned: expected a place above the ground, got one {-above_ground:.6g} m below it"
+        msg = f"position_ned: expected a place above the ground, got one {-above_ground:.6g} m below it"
+        raise TableError(msg)
 
 
 def _ranges(aircraft: "Aircraft") -> dict[str, tuple[float, float]]:
@@ -104,12 +88,3 @@ def _ranges(aircraft: "Aircraft") -> dict[str, tuple[float, float]]:
     for key, servo in zip(servos, craft["servos"], strict=True):
         ranges[key] = (math.degrees(servo["minimum"]), math.degrees(servo["maximum"]))
     return ranges
-
-
-def _numbers(table: dict[str, object]) -> "Iterator[tuple[str, float]]":
-    """The numbers in a table by their place, such as `tilt_deg` or `throttle[2]`."""
-    for key, value in table.items():
-        if isinstance(value, int | float):
-            yield key, value
-        elif isinstance(value, list | tuple):
-            yield from ((f"{key}[{i}]", item) for i, item in enumerate(value) if isinstance(item, int | float))

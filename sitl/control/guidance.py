@@ -71,6 +71,10 @@ def horizontal_demand(estimate, setpoint, gains, braking, first: float, step: fl
         headwind = -(wind[0] * north + wind[1] * east)
         crosswind = wind[0] * east - wind[1] * north
         braked = stopping_speed(distance, headwind, crosswind, braking, first, step, fastest)
+        overshot = estimate.velocity_ned[0] * north + estimate.velocity_ned[1] * east < 0.0
+        if setpoint.cruise == 1 and overshot and braked < fastest and estimate.airspeed > gains.wing_borne_from:
+            # Past the point and too fast to turn on the spot: stop first, which turns the nose into the wind.
+            return 0.0, 0.0, 0.0, 0.0
         speed = min(gains.position * distance, braked)
         return speed * north, speed * east, 0.0, 0.0
     if kind == LEG:

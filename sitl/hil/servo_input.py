@@ -58,6 +58,7 @@ class ServoInput:
         timeout: float = 0.5,
         speed: float = 1.0,
         lockstep: bool = False,
+        fallback: str = "last ones held",
     ) -> None:
         """Serve these channels.
 
@@ -68,12 +69,14 @@ class ServoInput:
             timeout: silence after which outputs are stale, in seconds of simulated time at the requested speed.
             speed: simulated seconds per wall second asked for; at inf, and in lockstep, outputs never go stale.
             lockstep: HIL_ACTUATOR_CONTROLS are ticks.
+            fallback: what becomes of the actuators without fresh outputs, for the pilot.
         """
         self.controls = blank_controls()
         self.source: Source | None = None
         self.time_us = 0
         self.taken = self.ignored = self.rejected = self.limited = 0
         self._announce = announce
+        self._fallback = fallback
         self._system = system
         self._timeout = timeout
         self._silence = timeout / speed if math.isfinite(speed) else timeout  # wall time
@@ -198,7 +201,7 @@ class ServoInput:
         """Say so once when servo outputs cease; the last ones are held."""
         if self.source is not None and not self._is_stale and not self.fresh(wall_time):
             self._is_stale = True
-            self._announce(SEVERITY_WARNING, f"No servo outputs for {self._timeout:g} s: last ones held")
+            self._announce(SEVERITY_WARNING, f"No servo outputs for {self._timeout:g} s: {self._fallback}")
 
     def release(self, source: Source) -> bool:
         """Give the servos back, at the holder's wish. True if nobody holds them now."""

@@ -17,8 +17,6 @@ class Context:
     """Facts for the builders of messages, all SI. The counters are kept by `sitl.mavlink.face`."""
 
     channels: Sequence[Channel]
-    battery_voltage: float
-    motors: Sequence[tuple[float, float]]  # resistance [ohm] and velocity constant [rad/s/V] of each
     tilt_time_constant: float
     tilt_rate_limit: float
     tilt_minimum: float
@@ -43,11 +41,8 @@ class Context:
 def context_for(vehicle: np.ndarray, channels: Sequence[Channel], unix_epoch: float) -> Context:
     """Context for a VEHICLE record of shape (1,), its channels, and UTC [s since 1970] at simulated time zero."""
     tilt_servo = vehicle[0]["servos"][0]
-    rotors = vehicle[0]["rotors"][: int(vehicle[0]["rotor_count"])]
     return Context(
         channels=channels,
-        battery_voltage=float(rotors["battery_voltage"][0]),
-        motors=[(float(rotor["resistance"]), float(rotor["torque_constant"])) for rotor in rotors],
         tilt_time_constant=float(tilt_servo["time_constant"]),
         tilt_rate_limit=float(tilt_servo["rate_limit"]),
         tilt_minimum=float(tilt_servo["minimum"]),

@@ -95,6 +95,7 @@ class MavlinkFace:
         unix_epoch: float | None = None,
         speed: float = 1.0,
         lockstep: bool = False,
+        autopilot: bool = False,
         on_text: Callable[[int, str], None] | None = None,
     ) -> None:
         """Open the links.
@@ -109,6 +110,7 @@ class MavlinkFace:
             unix_epoch: UTC at simulated time zero [s since 1970]; the present if None.
             speed: simulated seconds per wall second asked for; inf is as fast as possible.
             lockstep: HIL_ACTUATOR_CONTROLS are ticks, answered by `answer`.
+            autopilot: the vehicle's own flight controller flies while nobody gives servo outputs.
             on_text: told (MAV_SEVERITY, text) what the pilot is told.
 
         Raises LinkError, and leaves nothing open, if a link cannot be had.
@@ -142,6 +144,7 @@ class MavlinkFace:
             timeout=servo_timeout,
             speed=speed,
             lockstep=lockstep,
+            fallback="autopilot flies" if autopilot else "last ones held",
         )
         self._servo_sender: tuple[Link, Peer] | None = None
         self._servo_handlers = servo_input_handlers(self.servo_input)

@@ -6,13 +6,24 @@ from typing import Any
 from sitl.mavlink.context import Context, boot_ms
 from sitl.mavlink.dialect import tiltwing as mav
 from sitl.snapshot import Snapshot
-from vehicle_model.state import ROTOR_SPEED
 
 __all__ = ["extended_sys_state", "named_value_float", "sys_status", "system_time", "tilt_status"]
 
 HOVER_TILT = math.radians(75.0)  # steeper: flies as a multicopter
 CRUISE_TILT = math.radians(15.0)  # flatter: flies as an aeroplane
 TILT_END = math.radians(0.5)  # closer to an end of the range counts as being there
+VTOL_STATES = {
+    "HOVER": mav.MAV_VTOL_STATE_MC,
+    "TO_CRUISE": mav.MAV_VTOL_STATE_TRANSITION_TO_FW,
+    "CRUISE": mav.MAV_VTOL_STATE_FW,
+    "TO_HOVER": mav.MAV_VTOL_STATE_TRANSITION_TO_MC,
+}
+LANDED_STATES = {
+    "ON_GROUND": mav.MAV_LANDED_STATE_ON_GROUND,
+    "IN_AIR": mav.MAV_LANDED_STATE_IN_AIR,
+    "TAKEOFF": mav.MAV_LANDED_STATE_TAKEOFF,
+    "LANDING": mav.MAV_LANDED_STATE_LANDING,
+}
 
 SENSORS = (
     mav.MAV_SYS_STATUS_SENSOR_3D_GYRO
@@ -30,23 +41,17 @@ MOST_ERRORS = 0xFFFF  # that errors_comm can hold
 
 
 def sys_status(snapshot: Snapshot, context: Context) -> tuple[Any, ...]:
-    """SYS_STATUS: sensors, processor load [per mille of one core], battery [mV, cA], link errors.
-
-    The battery holds its voltage and never empties; what remains of it is therefore not stated.
-    """
-    power = 0.0  # V I of the motors, with V = I R + w/Kv
-    for index, (resistance, torque_constant) in enumerate(context.motors):
-        current = float(snapshot.outputs["current"][index])
-        power += current * (current * resistance + float(snapshot.state[ROTOR_SPEED + index]) * torque_constant)
+    """SYS_STATUS: sensors, processor load [per mille of one core], battery [mV, cA, %], link errors."""
+    remaining = snapshot.battery_remaining
     pieces = context.received + context.malformed
     return (
         SENSORS,
         SENSORS,
         SENSORS,
         round(min(context.load, 1.0) * 1000.0),
-        round(context.battery_voltage * 1e3),
-        round(power / context.battery_voltage * 100.0),
-        NOT_MEASURED,
+        round(snapshot.battery_voltage * 1e3),
+        round(snapshot.battery_current * 100.0),
+        NOT_MEASURED if remaining is None else round(remaining * 100.0),
         round(10000.0 * context.malformed / pieces) if pieces else 0,
         min(context.malformed, MOST_ERRORS),
         *(0, 0, 0, 0),
@@ -60,7 +65,12 @@ def system_time(snapshot: Snapshot, context: Context) -> tuple[Any, ...]:
 
 
 def extended_sys_state(snapshot: Snapshot, context: Context) -> tuple[Any, ...]:
-    """EXTENDED_SYS_STATE: VTOL state from the tilt angle, landed state from the landing gear."""
+    """EXTENDED_SYS_STATE: VTOL and landed state, as the flight controller knows them.
+
+    While it does not fly the one comes from the tilt angle and the other from the landing gear.
+    """
+    if snapshot.regime is not None and snapshot.landed is not None:
+        return (VTOL_STATES[snapshot.regime], LANDED_STATES[snapshot.landed])
     if snapshot.tilt > HOVER_TILT:
         vtol = mav.MAV_VTOL_STATE_MC
     elif snapshot.tilt < CRUISE_TILT:

@@ -177,7 +177,7 @@ def test_another_step_is_told_from_the_reference(
 def test_while_the_vehicle_keeps_time_the_flight_agrees_to_within_a_period(
     short: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    with vehicle("--wait-servos", "--speed", "2") as link:
+    with vehicle("--autopilot", "off", "--wait-servos", "--speed", "2") as link:
         code = main([str(short), "--connect", link, "--timeout", "60"])
     said = capsys.readouterr()
     assert (code, said.err) == (0, "")

@@ -16,7 +16,9 @@ from urllib.error import URLError
 
 import pytest
 from pymavlink import mavutil
+from pymavlink.dialects.v20 import common as mav
 
+from sitl import Scenario
 from sitl.cli import Options, main, parse_options
 
 DEADLINE = 120.0  # [s]; a first start compiles
@@ -156,6 +158,36 @@ def test_a_diverging_flight_ends_with_one_line_and_no_garbage(station: Station, 
     assert "diverged" in told.text
 
 
+def test_a_scenario_is_flown_and_options_go_before_it(station: Station, tmp_path: Path) -> None:
+    file = tmp_path / "scenario.toml"
+    file.write_text(
+        """
+        start = "ground"
+        home = [10, 20, 30, 0]
+        [[commands]]
+        at = 30
+        do = "transition hover"
+        [[commands]]
+        when = "hover"
+        do = "land"
+        """
+    )
+    with vehicle(station, "--scenario", str(file), "--at", "trim:20", "--speed", "20", "--duration", "100") as process:
+        first = station.wait_for("GLOBAL_POSITION_INT")
+        station.wait_for("EXTENDED_SYS_STATE", lambda message: message.vtol_state == mav.MAV_VTOL_STATE_FW)
+        station.wait_for("EXTENDED_SYS_STATE", lambda message: message.vtol_state == mav.MAV_VTOL_STATE_MC)
+        heartbeat = station.wait_for("HEARTBEAT")
+        out, err = process.communicate(timeout=DEADLINE)
+    assert (first.lat, first.lon) == pytest.approx((10e7, 20e7), abs=2000)
+    assert first.relative_alt == pytest.approx(100e3, abs=500)
+    assert heartbeat.base_mode & mav.MAV_MODE_FLAG_SAFETY_ARMED
+    assert heartbeat.custom_mode in (4 << 16 | 3 << 24, 4 << 16 | 6 << 24)  # PX4: Hold, Land
+    assert err == ""
+    assert "autopilot on" in out
+    assert "Transition to hover" in out
+    assert "Land" in out.splitlines()[-2]
+
+
 @pytest.mark.parametrize("arguments", [["--no-map"], []])
 def test_without_a_map_the_viewers_page_may_fetch_nothing_from_the_internet(
     station: Station, arguments: list[str]
@@ -195,6 +227,8 @@ def test_without_a_map_the_viewers_page_may_fetch_nothing_from_the_internet(
         (["--lockstep", "--speed", "2"], "'--lockstep': expected no --speed with it"),
         (["--lockstep", "--speed", "max"], "'--lockstep': expected no --speed with it"),
         (["--lockstep", "--wait-servos"], "'--lockstep': expected no --wait-servos with it"),
+        (["--autopilot", "maybe"], "'--autopilot'"),
+        (["--scenario", "no-such-scenario.toml"], "no-such-scenario.toml: cannot be read as TOML"),
         (["--at", str(ROOT)], "and this is a folder"),
         (["--at", "moon"], "moon: expected ground, trim:AIRSPEED or the path of a start file"),
         (["--aircraft", "no-such-aircraft.toml"], "no-such-aircraft.toml"),
@@ -224,11 +258,19 @@ def test_a_port_already_taken_is_said_in_one_line(capsys: pytest.CaptureFixture[
 def test_options_not_given_are_pxs_home_real_time_and_flat() -> None:
     options = parse_options([])
     assert options is not None
-    assert options.home == (47.397742, 8.545594, 488.0, 0.0)
-    assert (options.at, options.earth, options.rerun) == ("ground", "flat", "off")
-    assert (options.speed, options.rate) == (1.0, 400)
+    assert (options.speed, options.rate, options.rerun) == (1.0, 400, "off")
     assert options.duration == math.inf
-    assert options.wind == (0.0, 0.0, 0.0)
+    assert options.autopilot
+    # What is not given is as the scenario has it, which is this without a file.
+    assert (options.scenario, options.at, options.home, options.earth, options.wind, options.seed) == (None,) * 6
+    assert (Scenario().start, Scenario().earth, Scenario().wind.steady_ned) == ("ground", "flat", (0.0, 0.0, 0.0))
+    assert Scenario().home == (47.397742, 8.545594, 488.0, 0.0)
+
+
+def test_in_lockstep_there_is_no_autopilot() -> None:
+    options = parse_options(["--lockstep"])
+    assert options is not None
+    assert not options.autopilot
 
 
 def test_help_names_every_option_and_ends_with_success(capsys: pytest.CaptureFixture[str]) -> None:

@@ -13,11 +13,9 @@ from sitl.clock import Clock
 from sitl.mavlink import MavlinkFace
 from sitl.mavlink.dialect import tiltwing as mav
 from sitl.runtime import Runtime
-from sitl.start import trimmed
 from sitl.status import Status
 from sitl.viewer import open_viewer
 from vehicle_model.aircraft import Aircraft, load_aircraft
-from vehicle_model.earth import make_environment
 
 
 class Wall:
@@ -39,10 +37,10 @@ class Wall:
 class Flight:
     """A vehicle in cruise whose one link ends in a socket of ours."""
 
-    def __init__(self, aircraft: Aircraft, wall: Wall, duration: float, speed: float = 1.0) -> None:
-        world = make_environment("flat", latitude=0.8, longitude=0.15, height_ellipsoid=488.0)
-        start = trimmed(aircraft, world, airspeed=25.0, heading=0.3)
-        self.simulation = Simulation(aircraft, world, start.state, start.controls)
+    def __init__(
+        self, aircraft: Aircraft, wall: Wall, duration: float, speed: float = 1.0, *, autopilot: bool = False
+    ) -> None:
+        self.simulation = Simulation(aircraft=aircraft, start="trim:25", autopilot=autopilot)
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 22)
         self.socket.bind(("127.0.0.1", 0))
@@ -52,6 +50,7 @@ class Flight:
             aircraft.channels,
             vehicle=aircraft.vehicle,
             speed=speed,
+            autopilot=autopilot,
             unix_epoch=0.0,
             on_text=lambda _, text: self.said.append((self.simulation.time, text)),
         )
@@ -88,8 +87,8 @@ def flight() -> Iterator[Fly]:
     aircraft = load_aircraft()
     flights: list[Flight] = []
 
-    def begin(wall: Wall, duration: float, speed: float = 1.0) -> Flight:
-        flights.append(Flight(aircraft, wall, duration, speed))
+    def begin(wall: Wall, duration: float, speed: float = 1.0, **options: bool) -> Flight:
+        flights.append(Flight(aircraft, wall, duration, speed, **options))
         return flights[-1]
 
     yield begin
@@ -116,6 +115,18 @@ def test_the_flight_is_the_same_to_the_last_bit_on_a_calm_and_on_a_stumbling_hos
     assert stumbling.clock.late_ticks > 0
     assert stumbling.simulation.tick == calm.simulation.tick == 800
     assert stumbling.simulation.state.tobytes() == calm.simulation.state.tobytes()
+
+
+@pytest.mark.parametrize("speed", [1.0, 7.0, math.inf])
+def test_with_the_autopilot_flying_the_flight_at_any_speed_is_that_in_process_to_the_last_bit(
+    flight: Fly, speed: float
+) -> None:
+    flown = flight(Wall(lambda count: 0.05 if count % 11 == 0 else 0.0), 3.0, speed, autopilot=True)
+    flown.run()
+    alone = Simulation(aircraft=flown.simulation.aircraft, start="trim:25")
+    alone.advance(3.0)
+    assert flown.simulation.tick == alone.tick
+    assert flown.simulation.state.tobytes() == alone.state.tobytes()
 
 
 def test_a_host_that_stands_still_for_long_loses_wall_time_not_its_senses(flight: Fly) -> None:
@@ -158,6 +169,31 @@ def test_servo_outputs_reach_the_model_and_stay_until_the_next(flight: Fly) -> N
     texts = [message.text for message in messages if message.get_type() == "STATUSTEXT"]
     assert any("Servos taken by 42/0" in text for text in texts)
     assert any("No servo outputs" in text for text in texts)
+
+
+def send_servos(flown: Flight, controls: list[float]) -> None:
+    """Outputs of an outside controller, system 42."""
+    vehicle = flown.face.sockets()[0].getsockname()[1]
+    frame = mav.MAVLink_hil_actuator_controls_message(0, controls, 129, 0).pack(mav.MAVLink(None, srcSystem=42))
+    flown.socket.sendto(frame, ("127.0.0.1", vehicle))
+
+
+def test_servo_outputs_take_the_actuators_from_the_autopilot_until_they_are_stale(flight: Fly) -> None:
+    flown = flight(Wall(), 3.0, autopilot=True)
+    trimmed = flown.simulation.aircraft.normalised_outputs(flown.simulation.controls)
+    send_servos(flown, [*trimmed, *[0.0] * (16 - len(trimmed))])
+    messages = flown.run()
+    (_, taken), (silent, text) = flown.said[:2]
+    assert "Servos taken by 42/0" in taken
+    assert "No servo outputs for 0.5 s: autopilot flies" in text
+    assert silent == pytest.approx(0.5, abs=0.01)
+    assert not flown.simulation.is_flown_from_outside
+    assert flown.simulation.snapshot().mode == "HOLD"
+    assert 19.0 < flown.simulation.snapshot().airspeed < 25.0  # on its way to FW_AIRSPD_TRIM
+    heartbeats = [message for message in messages if message.get_type() == "HEARTBEAT"]
+    manual, *hold = [beat.custom_mode for beat in heartbeats]
+    assert (manual, set(hold)) == (1 << 16, {4 << 16 | 3 << 24})  # PX4's numbers
+    assert all(beat.base_mode & mav.MAV_MODE_FLAG_SAFETY_ARMED for beat in heartbeats)
 
 
 @pytest.mark.parametrize("speed", [1.0, 5.0])

@@ -1,189 +1,284 @@
-"""The simulation as an object: time, determinism, what a snapshot says, and how it ends when numbers go bad."""
+"""The vehicle in process: the same bits however it is driven, starts anywhere, scenarios, faults, outside control."""
 
 import math
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from sitl import Simulation
-from sitl.simulation import FlightDivergedError
-from sitl.start import standing, trimmed
-from vehicle_model.aircraft import Aircraft, load_aircraft
-from vehicle_model.earth import make_environment
-from vehicle_model.state import POSITION, QUATERNION, RATES, STATE_NAMES, TILT, VELOCITY, blank_controls, blank_state
+from sitl import Scenario, Simulation
+from sitl.flight.mode import Mode
+from sitl.flight.plan_file import PlanError
+from sitl.flight.refused import Refused
+from sitl.flight.regime import Regime
+from sitl.history import ROW
+from sitl.scenario import Wind
+from vehicle_model.aircraft import load_aircraft
+from vehicle_model.state import ROTOR_SPEED, TILT
+from vehicle_model.wind import Gust
 
-LATITUDE, LONGITUDE, HEIGHT = math.radians(47.397742), math.radians(8.545594), 488.0
-
-
-@pytest.fixture(scope="module")
-def aircraft() -> Aircraft:
-    return load_aircraft()
-
-
-def environment(earth: str = "flat", wind: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> np.ndarray:
-    return make_environment(
-        earth,  # type: ignore[arg-type]
-        latitude=LATITUDE,
-        longitude=LONGITUDE,
-        height_ellipsoid=HEIGHT,
-        wind_ned=wind,
-    )
+ROOT = Path(__file__).parents[2]
+SURVEY = ROOT / "docs" / "examples" / "survey_3km.plan"
+GUSTY = Scenario(
+    start="trim:20",
+    wind=Wind((3.0, -4.0, 0.0), roughness=0.05, gusts=(Gust(1.0, 50.0, (0.0, 2.0, -3.0)),)),
+)
 
 
-def cruise(aircraft: Aircraft, earth: str = "flat", rate: int = 400) -> Simulation:
-    world = environment(earth, wind=(3.0, -2.0, 0.5))
-    start = trimmed(aircraft, world, airspeed=25.0, heading=0.7)
-    simulation = Simulation(aircraft, world, start.state, start.controls, rate=rate)
-    simulation.set_controls(start.controls + [0.05, -0.02, 0.0, 0.03, 0.02, -0.01, 0.04])
-    return simulation
+def commanded(fly: Callable[[Simulation, float], None]) -> bytes:
+    """Bytes of a flight in gusts with commands at certain times, flown from one to the next as `fly` likes."""
+    simulation = Simulation(GUSTY, seed=3)
+    history = simulation.record(0.1)
+    fly(simulation, 1.23)
+    simulation.flight.transition(cruise=False)
+    fly(simulation, 2.5)
+    simulation.flight.go_to(50.0, 20.0, -80.0)
+    fly(simulation, 2.0)
+    return history.rows.tobytes() + simulation.state.tobytes()
 
 
-def test_the_same_flight_gives_the_same_bytes(aircraft: Aircraft) -> None:
-    first, second = cruise(aircraft), cruise(aircraft)
-    first.advance(2000)
-    second.advance(2000)
-    assert first.state.tobytes() == second.state.tobytes()
+def test_the_same_commands_give_the_same_bits_however_steps_are_grouped() -> None:
+    def at_once(simulation: Simulation, seconds: float) -> None:
+        simulation.advance(seconds)
+
+    def one_by_one(simulation: Simulation, seconds: float) -> None:
+        for _ in range(round(seconds * simulation.rate)):
+            simulation.step()
+            simulation.snapshot()
+
+    def in_odd_groups(simulation: Simulation, seconds: float) -> None:
+        end = simulation.tick + round(seconds * simulation.rate)
+        while simulation.tick < end:
+            simulation.step(min(13, end - simulation.tick))
+
+    flown = commanded(at_once)
+    assert commanded(at_once) == flown
+    assert commanded(one_by_one) == flown
+    assert commanded(in_odd_groups) == flown
 
 
-@pytest.mark.parametrize("earth", ["flat", "wgs84"])
-def test_single_steps_with_snapshots_between_give_the_bytes_of_one_long_advance(aircraft: Aircraft, earth: str) -> None:
-    one_by_one, at_once = cruise(aircraft, earth), cruise(aircraft, earth)
-    for _ in range(1000):
-        one_by_one.advance(1)
-        one_by_one.snapshot()
-    at_once.advance(1000)
-    assert one_by_one.state.tobytes() == at_once.state.tobytes()
-    assert one_by_one.time == at_once.time
+def test_until_a_condition_holds_it_looks_after_every_update_and_gives_up_at_the_timeout() -> None:
+    simulation = Simulation(start="trim:20")
+    looked: list[int] = []
+
+    def passed(simulation: Simulation) -> bool:
+        looked.append(simulation.tick)
+        return simulation.time >= 0.1
+
+    assert simulation.run_until(passed, timeout=1.0)
+    assert looked == [0, 8, 16, 24, 32, 40]
+    simulation.step(3)
+    assert not simulation.run_until(lambda s: s.time > 100.0, timeout=0.5)
+    assert simulation.tick == 43 + 200
 
 
-def test_time_is_steps_over_rate_exactly(aircraft: Aircraft) -> None:
-    simulation = cruise(aircraft, rate=300)
-    for _ in range(10):
-        simulation.advance(7)
-    assert simulation.tick == 70
-    assert simulation.time == 70 / 300
-    assert simulation.snapshot().time == 70 / 300
+def test_a_reset_flies_as_a_new_simulation_does() -> None:
+    used, new = Simulation(start="ground", wind=(2.0, 1.0, 0.0)), Simulation(start="trim:15", wind=(2.0, 1.0, 0.0))
+    used.fail_motor("left", 0.3)
+    used.set_wind((9.0, 0.0, 0.0))
+    used.advance(2.0)
+    used.reset("trim:15")
+    assert (used.tick, used.time) == (0, 0.0)
+    for simulation in (used, new):
+        simulation.advance(3.0)
+    assert used.state.tobytes() == new.state.tobytes()
 
 
-def test_a_snapshot_stays_as_it_was_while_the_flight_goes_on_and_cannot_be_written(aircraft: Aircraft) -> None:
-    simulation = cruise(aircraft)
-    simulation.advance(100)
-    moment = simulation.snapshot()
-    before = moment.state.tobytes(), moment.controls.tobytes(), moment.outputs.tobytes()
-    simulation.set_controls(blank_controls())
-    simulation.advance(100)
-    simulation.snapshot()
-    assert (moment.state.tobytes(), moment.controls.tobytes(), moment.outputs.tobytes()) == before
-    with pytest.raises(ValueError, match="read-only"):
-        moment.state[0] = 1.0
-    with pytest.raises(ValueError, match="read-only"):
-        moment.outputs["airspeed"] = 1.0
+@pytest.mark.parametrize(
+    ("start", "armed", "regime"),
+    [("ground", False, Regime.HOVER), ("trim:0", True, Regime.HOVER), ("trim:20", True, Regime.CRUISE)],
+)
+def test_it_begins_disarmed_on_the_ground_and_holding_in_the_air(start: str, armed: bool, regime: Regime) -> None:
+    simulation = Simulation(start=start)
+    assert (simulation.flight.armed, simulation.flight.mode, simulation.flight.regime) == (armed, Mode.HOLD, regime)
+    seen = simulation.snapshot()
+    assert (seen.armed, seen.mode, seen.regime) == (armed, "HOLD", regime.name)
+    assert seen.landed == ("IN_AIR" if armed else "ON_GROUND")
+    simulation.advance(5.0)
+    later = simulation.snapshot()
+    assert -later.position_ned[2] == pytest.approx(-seen.position_ned[2], abs=2.0)
+    assert later.airspeed == pytest.approx(seen.airspeed, abs=2.0)
 
 
-def test_at_rest_on_the_ground_the_accelerometer_reads_minus_one_g_and_the_place_is_home(aircraft: Aircraft) -> None:
-    world = environment()
-    start = standing(aircraft, world, heading=math.radians(30.0))
-    seen = Simulation(aircraft, world, start.state, start.controls).snapshot()
-    assert seen.on_ground
-    assert seen.specific_force == pytest.approx((0.0, 0.0, -9.80665), abs=1e-6)
-    assert (seen.latitude, seen.longitude) == pytest.approx((LATITUDE, LONGITUDE), abs=1e-15)
-    assert math.degrees(seen.yaw) == pytest.approx(30.0, abs=1e-5)
-    assert math.degrees(seen.tilt) == pytest.approx(90.0)
-    # US Standard Atmosphere 1976 at 488.27 m: 95.596 kPa, 284.977 K (barometric formula, h = 488.23 m geopotential)
-    geopotential = 6356766.0 * seen.altitude_msl / (6356766.0 + seen.altitude_msl)
-    temperature = 288.15 - 0.0065 * geopotential
-    assert seen.temperature == pytest.approx(temperature, abs=1e-9)
-    assert seen.pressure == pytest.approx(101325.0 * (temperature / 288.15) ** 5.25588, rel=1e-6)
-    assert seen.density == pytest.approx(seen.pressure / (287.053 * temperature), rel=1e-5)
-
-
-def test_attitude_velocity_and_airspeed_of_a_snapshot_are_those_of_the_rotation_matrix(aircraft: Aircraft) -> None:
-    roll, pitch, yaw = 0.3, -0.4, 2.1
-    cr, sr, cp, sp, cy, sy = *_cs(roll), *_cs(pitch), *_cs(yaw)
-    body_to_ned = (
-        np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
-        @ np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
-        @ np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
-    )
-    wind = (3.0, -2.0, 0.5)
-    state = blank_state()
-    state[POSITION : POSITION + 3] = 120.0, -40.0, -300.0
-    state[VELOCITY : VELOCITY + 3] = 18.0, -3.0, 4.0
-    state[RATES : RATES + 3] = 0.1, 0.2, -0.3
-    state[TILT] = 0.5
-    half = np.array([roll, pitch, yaw]) / 2.0
-    (cr, cp, cy), (sr, sp, sy) = np.cos(half), np.sin(half)
-    state[QUATERNION : QUATERNION + 4] = (
-        cr * cp * cy + sr * sp * sy,
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-    )
-    seen = Simulation(aircraft, environment(wind=wind), state, blank_controls()).snapshot()
-    velocity_ned = body_to_ned @ state[VELOCITY : VELOCITY + 3]
-    assert seen.velocity_ned == pytest.approx(tuple(velocity_ned), abs=1e-12)
-    assert (seen.roll, seen.pitch, seen.yaw) == pytest.approx((roll, pitch, yaw), abs=1e-12)
-    assert seen.airspeed == pytest.approx(np.linalg.norm(velocity_ned - wind), abs=1e-12)
-    assert seen.rates == (0.1, 0.2, -0.3)
-    assert seen.position_ned == (120.0, -40.0, -300.0)
-    assert seen.height_ellipsoid == pytest.approx(HEIGHT + 300.0, abs=1e-9)
-    assert seen.wind_ned == wind
-    assert not seen.on_ground
-
-
-def _cs(angle: float) -> tuple[float, float]:
-    return math.cos(angle), math.sin(angle)
-
-
-def test_on_the_ellipsoid_attitude_and_velocity_are_given_in_the_local_axes_of_the_vehicle(aircraft: Aircraft) -> None:
-    """200 km north of home the local horizon has turned by the change of latitude."""
-    world = environment("wgs84")
-    state = blank_state()
-    state[POSITION : POSITION + 3] = 200e3, 0.0, 0.0
-    state[VELOCITY] = 20.0
-    seen = Simulation(aircraft, world, state, blank_controls()).snapshot()
-    turned = seen.latitude - LATITUDE
-    assert turned == pytest.approx(200e3 / 6372e3, rel=5e-3)
-    # Level at home and heading north is nose up against the horizon further north, which has dipped.
-    assert seen.pitch == pytest.approx(turned, abs=1e-9)
-    assert seen.velocity_ned == pytest.approx((20.0 * math.cos(turned), 0.0, -20.0 * math.sin(turned)), abs=1e-9)
-
-
-@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
-def test_controls_that_are_not_finite_are_refused_by_name_and_change_nothing(aircraft: Aircraft, bad: float) -> None:
-    simulation = cruise(aircraft)
-    held = simulation.controls
-    wrong = held.copy()
-    wrong[6] = bad
-    with pytest.raises(ValueError, match="controls: expected finite numbers, got elevator"):
-        simulation.set_controls(wrong)
-    assert simulation.controls.tobytes() == held.tobytes()
-    with pytest.raises(ValueError, match="expected 7 numbers"):
-        simulation.set_controls([0.0] * 6)
-
-
-def test_a_flight_that_diverges_says_what_broke_and_keeps_its_last_finite_state(aircraft: Aircraft) -> None:
-    simulation = cruise(aircraft)
-    simulation.advance(10)
-    state = simulation.state
-    state[RATES] = 1e80  # finite, yet its products overflow within a step
+def test_a_state_is_a_start_with_servos_where_they_are() -> None:
+    donor = Simulation(start="trim:20")
+    donor.advance(4.0)
+    state = donor.state
+    simulation = Simulation(start="ground")
     simulation.reset(state)
-    with pytest.raises(FlightDivergedError, match=r"diverged after t = 0\.0250 s: .*\bq0\b.*not finite"):
-        simulation.advance(4)
-    assert simulation.tick == 10
-    assert np.isfinite(simulation.state).all()
-    assert math.isfinite(simulation.snapshot().altitude_msl)
+    assert simulation.state == pytest.approx(state, abs=1e-12)
+    assert simulation.controls[3:] == pytest.approx(state[TILT:], abs=1e-12)
+    simulation.advance(2.0)
+    assert simulation.snapshot().airspeed == pytest.approx(donor.snapshot().airspeed, abs=1.5)
+    with pytest.raises(
+        ValueError, match=r"start: expected a name, a file or a state of 20 numbers, got an array of \(3,\)"
+    ):
+        simulation.reset([1.0, 2.0, 3.0])
 
 
-def test_reset_moves_the_vehicle_and_lets_time_go_on(aircraft: Aircraft) -> None:
-    simulation = cruise(aircraft)
-    begin = simulation.state
-    simulation.advance(100)
-    simulation.reset(begin)
-    assert simulation.state == pytest.approx(begin, abs=1e-15)
-    assert simulation.time == 0.25
-    begin[STATE_NAMES.index("rotor_left")] = math.nan
-    with pytest.raises(ValueError, match="state: expected finite numbers, got rotor_left = nan"):
-        simulation.reset(begin)
-    with pytest.raises(ValueError, match="unit quaternion"):
-        simulation.reset(np.zeros(20))
+def test_without_an_autopilot_controls_are_held_and_commands_refused() -> None:
+    simulation = Simulation(start="trim:25", autopilot=False)
+    held = simulation.controls
+    simulation.advance(1.0)
+    assert simulation.controls.tobytes() == held.tobytes()
+    with pytest.raises(Refused, match="the autopilot is off"):
+        simulation.flight.land()
+    seen = simulation.snapshot()
+    assert (seen.armed, seen.mode, seen.landed, seen.regime, seen.battery_remaining) == (None,) * 5
+
+
+def test_controls_from_outside_fly_until_the_autopilot_takes_over_again() -> None:
+    simulation = Simulation(start="trim:20")
+    simulation.advance(1.0)
+    outside = simulation.controls
+    simulation.set_controls(outside)
+    assert simulation.is_flown_from_outside
+    simulation.advance(1.0)
+    assert simulation.controls.tobytes() == outside.tobytes()
+    assert simulation.snapshot().mode is None
+    simulation.take_over()
+    simulation.advance(5.0)
+    assert not simulation.is_flown_from_outside
+    assert simulation.snapshot().mode == "HOLD"
+    assert simulation.snapshot().airspeed == pytest.approx(20.0, abs=1.0)
+
+
+def test_arguments_go_before_the_scenario() -> None:
+    simulation = Simulation(
+        Scenario(start="ground", parameters={"MIS_TAKEOFF_ALT": 50.0, "RTL_RETURN_ALT": 70.0}),
+        start="trim:20",
+        wind=(1.0, 2.0, 0.0),
+        home=(10.0, 20.0, 30.0, 90.0),
+        parameters={"MIS_TAKEOFF_ALT": 25.0},
+    )
+    seen = simulation.snapshot()
+    assert (math.degrees(seen.latitude), math.degrees(seen.longitude)) == pytest.approx((10.0, 20.0), abs=1e-9)
+    assert seen.altitude_msl == pytest.approx(130.0, abs=1e-6)
+    assert math.degrees(seen.yaw) == pytest.approx(90.0)
+    assert seen.wind_ned == pytest.approx((1.0, 2.0, 0.0))
+    assert simulation.flight.parameters["MIS_TAKEOFF_ALT"] == 25.0
+    assert simulation.flight.parameters["RTL_RETURN_ALT"] == 70.0
+    with pytest.raises(ValueError, match="MIS_TAKEOFF_ALT: expected"):
+        Simulation(parameters={"MIS_TAKEOFF_ALT": -1.0})
+    with pytest.raises(ValueError, match="rate: expected at least 50"):
+        Simulation(rate=20)
+
+
+def test_a_scenario_is_carried_out_in_its_order(tmp_path: Path) -> None:
+    file = tmp_path / "scenario.toml"
+    file.write_text(
+        """
+        start = "trim:0"
+        [[commands]]
+        at = 0.5
+        do = "goto 0 0 -104"
+        [[commands]]
+        when = "altitude:103"
+        do = "wind 2 0"
+        [[commands]]
+        after = 0.5
+        do = "fail motor tail 0.1"
+        [[commands]]
+        do = "mission start"
+        [[commands]]
+        do = "velocity 1 0 0"
+        [[commands]]
+        when = "mode:offboard"
+        after = 4
+        do = "hold"
+        """
+    )
+    simulation = Simulation(file)
+    said: list[str] = []
+    simulation.listener = lambda _, text: said.append(text)
+    assert simulation.run_until(lambda s: s.snapshot().wind_ned[0] == 2.0, timeout=20.0)
+    assert -simulation.snapshot().position_ned[2] >= 103.0
+    assert simulation.airframe.vehicle["rotors"]["thrust_factor"][0, 2] == 1.0
+    assert simulation.run_until(lambda s: s.flight.mode == Mode.OFFBOARD, timeout=1.0)
+    assert simulation.airframe.vehicle["rotors"]["thrust_factor"][0, 2] == pytest.approx(0.9)
+    assert any("'mission start' refused: no mission" in text for text in said)
+    simulation.advance(3.5)
+    assert simulation.snapshot().velocity_ned[0] == pytest.approx(1.0, abs=0.3)
+    assert simulation.run_until(lambda s: s.flight.mode == Mode.HOLD, timeout=2.0)
+
+
+def test_history_has_a_row_for_every_interval_with_what_the_snapshot_says() -> None:
+    simulation = Simulation(start="trim:20", wind=(3.0, 1.0, 0.0))
+    history = simulation.record(0.1)
+    simulation.advance(1.0)
+    rows, seen = history.rows, simulation.snapshot()
+    assert rows.dtype == ROW
+    assert rows["time"] == pytest.approx(np.arange(11) / 10)
+    last = rows[-1]
+    assert last["state"].tobytes() == seen.state.tobytes()
+    assert last["controls"].tobytes() == seen.controls.tobytes()
+    assert last["position_ned"] == pytest.approx(seen.position_ned, abs=1e-6)
+    assert last["velocity_ned"] == pytest.approx(seen.velocity_ned)
+    assert last["euler"] == pytest.approx((seen.roll, seen.pitch, seen.yaw))
+    assert (last["airspeed"], last["tilt"]) == pytest.approx((seen.airspeed, seen.tilt))
+    assert last["wind_ned"] == pytest.approx((3.0, 1.0, 0.0))
+    wetted, outer = simulation.aircraft.wing_strips
+    assert last["stall_margin_wetted"] == seen.outputs["stall_margin"][wetted].min()
+    assert last["stall_margin_outer"] == seen.outputs["stall_margin"][outer].min()
+    assert last["power"] == pytest.approx(seen.battery_voltage * seen.battery_current)
+    assert 0.0 < last["battery_remaining"] < 1.0
+    assert (last["armed"], last["mode"], last["regime"], last["contact"]) == (1, Mode.HOLD, Regime.CRUISE, 0)
+    assert (last["mission_item"], last["cruise"], last["radius"]) == (
+        -1,
+        1,
+        simulation.flight.parameters["NAV_LOITER_RAD"],
+    )
+
+
+def test_faults_are_the_airframes_and_end_with_a_repair() -> None:
+    simulation = Simulation(start="trim:0")
+    simulation.fail_servo("tilt", math.radians(60.0))
+    simulation.fail_motor("right", 0.25)
+    simulation.advance(4.0)
+    assert math.degrees(simulation.state[TILT]) == pytest.approx(60.0, abs=0.5)
+    assert simulation.airframe.vehicle["rotors"]["thrust_factor"][0].tolist() == [1.0, 0.75, 1.0]
+    simulation.repair()
+    assert simulation.airframe.vehicle["rotors"]["thrust_factor"][0].tolist() == [1.0, 1.0, 1.0]
+    with pytest.raises(ValueError, match="motor: expected one of left, right, tail, got 'middle'"):
+        simulation.fail_motor("middle", 0.1)
+    with pytest.raises(ValueError, match="servo: expected one of tilt, aileron_left"):
+        simulation.fail_servo("rudder")
+
+
+def test_a_silent_ground_station_is_a_lost_link_in_simulated_time() -> None:
+    simulation = Simulation(start="trim:0", parameters={"NAV_DLL_ACT": 3, "COM_DL_LOSS_T": 5})
+    simulation.set_link("ground_station", up=True)
+    simulation.advance(10.0)
+    assert simulation.flight.mode == Mode.HOLD
+    simulation.set_link("ground_station", up=False)
+    simulation.advance(4.5)
+    assert simulation.flight.links.ground_station == pytest.approx(4.5, abs=0.021)
+    assert simulation.flight.mode == Mode.HOLD
+    assert simulation.run_until(lambda s: s.flight.mode == Mode.LAND, timeout=10.0)
+    with pytest.raises(ValueError, match="link: expected one of ground_station, manual_control, got 'radio'"):
+        simulation.set_link("radio", up=True)
+
+
+def test_a_plan_is_loaded_whole_or_not_at_all(tmp_path: Path) -> None:
+    simulation = Simulation()
+    simulation.load_plan(SURVEY)
+    items = simulation.flight.mission.items
+    assert len(items) > 4
+    broken = tmp_path / "broken.plan"
+    text = SURVEY.read_text()
+    broken.write_text(text.replace('"command": 16', '"command": 9999', 1))
+    with pytest.raises(PlanError) as refusal:
+        simulation.load_plan(broken)
+    assert str(refusal.value).startswith(f"{broken}: ")
+    assert "\n" not in str(refusal.value)
+    assert simulation.flight.mission.items == items
+
+
+def test_control_laws_may_be_designed_for_another_aircraft_than_flies() -> None:
+    nominal = load_aircraft()
+    heavy = nominal.with_values({"mass_properties.mass": 1.08 * nominal.mass_properties.mass})
+    simulation = Simulation(aircraft=heavy, design_aircraft=nominal, start="trim:0")
+    simulation.advance(10.0)
+    assert -simulation.snapshot().position_ned[2] == pytest.approx(100.0, abs=1.0)
+    assert simulation.state[ROTOR_SPEED] > Simulation(start="trim:0").state[ROTOR_SPEED]

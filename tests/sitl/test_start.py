@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sitl import Simulation
+from sitl.airframe import Airframe
 from sitl.start import Start, StartError, start_at
 from vehicle_model.aircraft import Aircraft, load_aircraft
 from vehicle_model.earth import make_environment
@@ -30,10 +30,10 @@ def world(earth: str = "flat", wind: tuple[float, float, float] = (0.0, 0.0, 0.0
     )
 
 
-def flown(aircraft: Aircraft, environment: np.ndarray, start: Start, seconds: float) -> Simulation:
-    simulation = Simulation(aircraft, environment, start.state, start.controls)
-    simulation.advance(round(seconds * simulation.rate))
-    return simulation
+def flown(aircraft: Aircraft, environment: np.ndarray, start: Start, seconds: float) -> Airframe:
+    airframe = Airframe(aircraft, environment, start.state, start.controls, drains=False)
+    airframe.advance(round(seconds * airframe.rate))
+    return airframe
 
 
 @pytest.mark.parametrize("earth", ["flat", "round", "wgs84"])
@@ -42,7 +42,7 @@ def test_on_the_ground_it_stands_still_wing_up_with_the_ground_bearing_its_weigh
 ) -> None:
     environment = world(earth)
     start = start_at("ground", aircraft, environment, HEADING)
-    seen = Simulation(aircraft, environment, start.state, start.controls).snapshot()
+    seen = Airframe(aircraft, environment, start.state, start.controls, drains=False).snapshot()
     later = flown(aircraft, environment, start, 5.0).snapshot()
     # On a rotating sphere the centrifugal force pulls towards the equator; a spheroid is the shape that yields to it.
     assert later.position_ned == pytest.approx(seen.position_ned, abs=1e-3 if earth == "round" else 1e-5)
@@ -76,7 +76,7 @@ def test_trimmed_it_begins_unaccelerated_at_the_airspeed_and_height_asked_for(
 ) -> None:
     environment = world(wind=wind)
     start = start_at(f"trim:{airspeed:g}", aircraft, environment, HEADING)
-    seen = Simulation(aircraft, environment, start.state, start.controls).snapshot()
+    seen = Airframe(aircraft, environment, start.state, start.controls, drains=False).snapshot()
     assert seen.airspeed == pytest.approx(airspeed, abs=1e-9)
     assert seen.position_ned == (0.0, 0.0, -100.0)
     assert seen.yaw == pytest.approx(HEADING, abs=1e-12)
@@ -111,7 +111,7 @@ def test_a_start_file_puts_every_value_where_it_says_in_si_units(aircraft: Aircr
         """
     )
     start = start_at(str(file), aircraft, world(), HEADING)
-    seen = Simulation(aircraft, world(), start.state, start.controls).snapshot()
+    seen = Airframe(aircraft, world(), start.state, start.controls, drains=False).snapshot()
     assert seen.position_ned == (10.0, -20.0, -150.0)
     assert list(start.state[3:6]) == [18.0, 0.5, 1.5]
     assert np.degrees([seen.roll, seen.pitch, seen.yaw]) == pytest.approx([5.0, 4.0, 90.0])
@@ -127,7 +127,9 @@ def test_an_empty_start_file_begins_level_above_home_with_its_heading(aircraft: 
     file.write_text("")
     start = start_at(str(file), aircraft, world(), HEADING)
     assert list(start.state[POSITION : POSITION + 3]) == [0.0, 0.0, -100.0]
-    assert Simulation(aircraft, world(), start.state, start.controls).snapshot().yaw == pytest.approx(HEADING)
+    assert Airframe(aircraft, world(), start.state, start.controls, drains=False).snapshot().yaw == pytest.approx(
+        HEADING
+    )
 
 
 @pytest.mark.parametrize(

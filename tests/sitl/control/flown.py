@@ -8,6 +8,7 @@ import numpy as np
 
 from sitl.airframe import Airframe
 from sitl.control.design import Design, design_for
+from sitl.control.design_names import LOWEST_FORCE
 from sitl.flight.demand import Demand, Vector
 from sitl.start import trimmed
 from vehicle_model.aircraft import Aircraft, load_aircraft
@@ -35,6 +36,8 @@ ROW = np.dtype(
         ("margin", float),  # least stall margin of the wing's strips [rad]
         ("wetted_margin", float),  # of those in the slipstream
         ("power", float),  # electrical, of all motors [W]
+        ("forward", float),  # airspeed along the body, as the laws have it [m/s]
+        ("lowest_force", float),  # forward, per mass, that level flight bears there [m/s^2]
     ]
 )
 
@@ -100,12 +103,13 @@ class Flown:
         return rows[rows["time"] > since + 0.5 / RATE]
 
     def _keep(self) -> None:
-        seen, row = self.airframe.snapshot(), np.empty(1, ROW)
+        seen, status, row = self.airframe.snapshot(), self.airframe.status[0], np.empty(1, ROW)
         margin = seen.outputs["stall_margin"]
         row[0] = (
             seen.time, seen.position_ned, seen.velocity_ned, (seen.roll, seen.pitch, seen.yaw), seen.rates,
             seen.airspeed, seen.tilt, seen.controls[:3], seen.state[13:16], seen.state[17:20],
             margin[self._wing].min(), margin[self._wetted].min(), seen.outputs["electrical_power"].sum(),
+            status["airflow_forward"], status["schedule"][LOWEST_FORCE],
         )  # fmt: skip
         self._rows.append(row)
 

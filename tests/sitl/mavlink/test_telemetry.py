@@ -6,7 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pymavlink import mavutil
 
+from sitl.flight.landed import LandedState
+from sitl.flight.mode import Mode
+from sitl.flight.regime import Regime
 from sitl.mavlink.codec import codec
 from sitl.mavlink.context import Context, context_for
 from sitl.mavlink.dialect import tiltwing as mav
@@ -125,24 +129,61 @@ def test_heartbeat(moment: Moment, context: Context) -> None:
     assert parked.system_status == mav.MAV_STATE_STANDBY
 
 
-def test_sys_status(moment: Moment, context: Context, aircraft: Aircraft) -> None:
+@pytest.mark.parametrize(
+    ("mode", "name"),
+    [
+        (Mode.MANUAL, "MANUAL"),
+        (Mode.STABILIZED, "STABILIZED"),
+        (Mode.ALTITUDE, "ALTCTL"),
+        (Mode.POSITION, "POSCTL"),
+        (Mode.HOLD, "LOITER"),
+        (Mode.TAKEOFF, "TAKEOFF"),
+        (Mode.LAND, "LAND"),
+        (Mode.RETURN, "RTL"),
+        (Mode.MISSION, "MISSION"),
+        (Mode.OFFBOARD, "OFFBOARD"),
+    ],
+)
+@pytest.mark.parametrize("armed", [True, False])
+def test_the_autopilots_modes_are_pxs_to_those_who_know_px4(
+    moment: Moment, context: Context, mode: Mode, name: str, armed: bool
+) -> None:
+    m = sent("HEARTBEAT", moment(mode=mode.name, armed=armed), context)
+    assert mavutil.interpret_px4_mode(m.base_mode, m.custom_mode) == name
+    assert bool(m.base_mode & mav.MAV_MODE_FLAG_SAFETY_ARMED) == armed
+
+
+def test_orbit_and_termination_have_pxs_numbers_too(moment: Moment, context: Context) -> None:
+    assert sent("HEARTBEAT", moment(mode="ORBIT", armed=True), context).custom_mode == 3 << 16 | 1 << 24
+    ended = sent("HEARTBEAT", moment(mode="TERMINATION", armed=True), context)
+    assert (ended.custom_mode, ended.system_status) == (10 << 16, mav.MAV_STATE_FLIGHT_TERMINATION)
+
+
+@pytest.mark.parametrize("regime", Regime)
+@pytest.mark.parametrize("landed", LandedState)
+def test_the_autopilots_regime_and_landed_state_go_before_wing_and_gear(
+    moment: Moment, context: Context, regime: Regime, landed: LandedState
+) -> None:
+    snapshot = moment(tilt=0.0, on_ground=True, regime=regime.name, landed=landed.name)
+    m = sent("EXTENDED_SYS_STATE", snapshot, context)
+    vtol, land = mav.enums["MAV_VTOL_STATE"], mav.enums["MAV_LANDED_STATE"]
+    words = {"HOVER": "MC", "CRUISE": "FW", "TO_CRUISE": "TRANSITION_TO_FW", "TO_HOVER": "TRANSITION_TO_MC"}
+    assert vtol[m.vtol_state].name == f"MAV_VTOL_STATE_{words[regime.name]}"
+    assert land[m.landed_state].name == f"MAV_LANDED_STATE_{landed.name}"
+
+
+def test_sys_status(moment: Moment, context: Context) -> None:
     context.load, context.received, context.malformed = 0.125, 300, 100
-    m = sent("SYS_STATUS", moment(), context)
+    m = sent("SYS_STATUS", moment(battery_voltage=48.5, battery_current=31.25, battery_remaining=0.62), context)
     for sensors in (
         m.onboard_control_sensors_present,
         m.onboard_control_sensors_enabled,
         m.onboard_control_sensors_health,
     ):
         assert sensors & 0x3F == 0x3F  # gyro, accelerometer, magnetometer, both pressures, GPS
-    rotors = aircraft.vehicle["rotors"][0]
-    battery = float(rotors["battery_voltage"][0])
-    watts = sum(
-        current * (current * rotor["resistance"] + speed * rotor["torque_constant"])
-        for current, speed, rotor in zip((20.0, 19.0, -4.0), (600.0, 590.0, -300.0), rotors, strict=True)
-    )
-    assert (m.load, m.voltage_battery, m.battery_remaining) == (125, round(battery * 1e3), -1)
-    assert m.current_battery == pytest.approx(watts / battery * 100.0, abs=1.0)
+    assert (m.load, m.voltage_battery, m.current_battery, m.battery_remaining) == (125, 48500, 3125, 62)
     assert (m.drop_rate_comm, m.errors_comm) == (2500, 100)
+    assert sent("SYS_STATUS", moment(battery_remaining=None), context).battery_remaining == -1
 
 
 def test_link_errors_stop_at_the_most_their_field_holds(moment: Moment, context: Context) -> None:

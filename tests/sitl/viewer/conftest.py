@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sitl import Simulation
+from sitl.airframe import Airframe
 from sitl.snapshot import Snapshot
 from sitl.viewer import Viewer, open_viewer
 from vehicle_model.aircraft import Aircraft, load_aircraft
@@ -39,17 +39,17 @@ def flight(aircraft: Aircraft) -> list[Snapshot]:
     trim = trim_level(aircraft, 12.0)
     state = trim.state.copy()
     state[POSITION : POSITION + 3] = [40.0, -25.0, -60.0]
-    simulation = Simulation(aircraft, environment, state, trim.controls)
-    snapshots = [simulation.snapshot()]
+    airframe = Airframe(aircraft, environment, state, trim.controls, drains=False)
+    snapshots = [airframe.snapshot()]
     for step in range(150):
         controls = trim.controls.copy()
         controls[CONTROL_NAMES.index("tilt")] += 0.1 * math.sin(step / 20.0)
         controls[CONTROL_NAMES.index("aileron_left")] += 0.05 * math.sin(step / 10.0)
         controls[CONTROL_NAMES.index("aileron_right")] -= 0.03 * math.sin(step / 10.0)
         controls[CONTROL_NAMES.index("elevator")] += 0.02
-        simulation.set_controls(controls)
-        simulation.advance(8)
-        snapshots.append(simulation.snapshot())
+        airframe.set_controls(controls)
+        airframe.advance(8)
+        snapshots.append(airframe.snapshot())
     return snapshots
 
 

@@ -1,0 +1,265 @@
+"""Whether a mission can be flown, item by item, looked at when it is uploaded: each problem with its reason."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from sitl.flight.geofence import Fence
+from sitl.flight.mission_ends import VTOL_FIXED_WING, VTOL_MULTICOPTER, TransitionHeading
+from sitl.flight.mission_items import FLOWN, LOITERS, PLACED, Command, Frame, MissionItem, place_of
+from sitl.flight.mission_pilot import SpeedType
+from sitl.flight.parameters import Parameters
+from sitl.flight.places import LocalFrame
+
+__all__ = ["Problem", "check"]
+
+LONGEST_TIME = 1e6  # [s]
+LARGEST_RADIUS = 10000.0  # of a loiter or acceptance [m]
+TAKEOFFS = (Command.TAKEOFF, Command.VTOL_TAKEOFF)
+LANDINGS = (Command.LAND, Command.VTOL_LAND)
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """What is wrong with an item; index -1 is the mission as a whole."""
+
+    index: int
+    reason: str
+
+    def __str__(self) -> str:
+        return self.reason if self.index < 0 else f"item {self.index}: {self.reason}"
+
+
+def check(
+    items: Sequence[MissionItem], places: LocalFrame, parameters: Parameters, fence: Fence | None = None
+) -> list[Problem]:
+    """All that keeps a mission from being flown; an empty list if nothing does, as of one without items.
+
+    An item's own problems come first: what concerns the course of the mission is looked at when there are none.
+    """
+    problems = [
+        Problem(index, reason)
+        for index, item in enumerate(items)
+        for reason in _of_item(index, item, items, places, fence)
+    ]
+    return problems or (list(_of_course(items, places, parameters)) if items else [])
+
+
+def _of_item(
+    index: int, item: MissionItem, items: Sequence[MissionItem], places: LocalFrame, fence: Fence | None
+) -> Iterator[str]:
+    """Problems that an item has by itself."""
+    try:
+        command = Command(item.command)
+    except ValueError:
+        yield f"command {item.command} is not supported"
+        return
+    for number, value in enumerate((item.param1, item.param2, item.param3, item.param4, item.x, item.y, item.z)):
+        if math.isinf(value):
+            yield f"param{number + 1}: expected a finite number, got {value}"
+            return
+    if command in PLACED:
+        yield from _of_place(command, item, places, fence)
+    if command in LOITERS:
+        yield from _of_loiter(command, item)
+    elif command == Command.DO_JUMP:
+        yield from _of_jump(index, item, items)
+    else:
+        yield from _of_parameters(command, item)
+
+
+def _of_place(command: Command, item: MissionItem, places: LocalFrame, fence: Fence | None) -> Iterator[str]:
+    try:
+        frame = Frame(item.frame)
+    except ValueError:
+        yield f"frame {item.frame} is not supported"
+        return
+    if not (frame.above_sea or frame.above_home):
+        yield f"frame {frame.name} is not supported for places, expected a GLOBAL one"
+        return
+    if math.isnan(item.x) != math.isnan(item.y):
+        yield f"expected both latitude and longitude or neither, got {item.x}, {item.y}"
+        return
+    if abs(item.x) > 90.0 or abs(item.y) > 180.0:
+        yield f"expected a latitude within +-90 deg and a longitude within +-180 deg, got {item.x}, {item.y}"
+        return
+    if command == Command.WAYPOINT and item.x == item.y == 0.0:
+        yield "a waypoint needs latitude and longitude, got 0, 0"
+        return
+    home = places.home
+    place = place_of(item, places, (home.north, home.east, home.down - 1.0))
+    height = home.down - place[2]
+    if height < 0.0 or (height == 0.0 and command not in LANDINGS):
+        yield f"altitude: expected one above the ground, got {height:g} m above home"
+    reason = None if fence is None or item.here else fence.breach(*place)
+    if reason is not None:
+        yield f"outside the geofence: {reason}"
+
+
+def _of_loiter(command: Command, item: MissionItem) -> Iterator[str]:
+    to_altitude = command == Command.LOITER_TO_ALT
+    radius = item.param2 if to_altitude else item.param3
+    if abs(radius) > LARGEST_RADIUS:
+        yield f"radius: expected at most {LARGEST_RADIUS:g} m, got {radius:g} m"
+    if command == Command.LOITER_TURNS and not 0.0 < item.param1 <= 1000.0:
+        yield f"turns: expected more than 0 and at most 1000, got {item.param1:g}"
+    if command == Command.LOITER_TIME and not 0.0 <= item.param1 <= LONGEST_TIME:
+        yield f"time: expected 0 to {LONGEST_TIME:g} s, got {item.param1:g}"
+    if command != Command.LOITER_UNLIM and not math.isnan(item.param4) and item.param4 not in (0.0, 1.0):
+        yield f"exit (param4): expected 0 (centre), 1 (tangent) or none, got {item.param4:g}"
+
+
+def _of_jump(index: int, item: MissionItem, items: Sequence[MissionItem]) -> Iterator[str]:
+    target, times = item.param1, item.param2
+    if target not in range(len(items)) or target == index:
+        yield f"jump: expected the number of another item, 0 to {len(items) - 1}, got {target:g}"
+        return
+    if not (times >= -1.0 and times == math.floor(times)):
+        yield f"jump: expected a number of repeats, -1 for ever, got {times:g}"
+        return
+    if target < index and times != 0 and not any(one.command in FLOWN for one in items[int(target) : index]):
+        yield f"jump: expected something to fly between items {int(target)} and {index}, got nothing"
+
+
+def _of_parameters(command: Command, item: MissionItem) -> Iterator[str]:
+    """Problems with the parameters of items that are neither loiters nor jumps."""
+    first, second = item.param1, item.param2
+    if command == Command.WAYPOINT:
+        if first < 0.0 or first > LONGEST_TIME:
+            yield f"hold time: expected 0 to {LONGEST_TIME:g} s, got {first:g}"
+        if second < 0.0 or second > LARGEST_RADIUS:
+            yield f"acceptance radius: expected 0 to {LARGEST_RADIUS:g} m, got {second:g}"
+    elif command == Command.VTOL_TAKEOFF:
+        if not math.isnan(second) and second not in list(TransitionHeading):
+            yield f"transition heading (param2): expected 0 to 4, got {second:g}"
+        if second == TransitionHeading.SPECIFIED and math.isnan(item.param4):
+            yield "transition heading: expected a heading in param4, got none"
+    elif command == Command.DELAY:
+        if first == -1.0:
+            yield "delay until a time of day: a simulated flight has none; expected seconds in param1"
+        elif not 0.0 <= first <= LONGEST_TIME:
+            yield f"delay: expected 0 to {LONGEST_TIME:g} s, got {first:g}"
+    elif command == Command.CONDITION_DELAY and not 0.0 <= first <= LONGEST_TIME:
+        yield f"delay: expected 0 to {LONGEST_TIME:g} s, got {first:g}"
+    elif command == Command.CONDITION_DISTANCE and not first >= 0.0:
+        yield f"distance: expected 0 m or more, got {first:g}"
+    elif command == Command.CONDITION_YAW:
+        if not abs(first) <= 360.0:
+            yield f"angle: expected 0 to 360 deg, got {first:g}"
+        if not math.isnan(item.param3) and item.param3 not in (-1.0, 0.0, 1.0):
+            yield f"direction: expected -1, 0 or 1, got {item.param3:g}"
+        if not math.isnan(item.param4) and item.param4 not in (0.0, 1.0):
+            yield f"relative (param4): expected 0 or 1, got {item.param4:g}"
+    elif command == Command.DO_VTOL_TRANSITION and first not in (VTOL_MULTICOPTER, VTOL_FIXED_WING):
+        yield f"transition: expected {VTOL_MULTICOPTER} (hover) or {VTOL_FIXED_WING} (wing-borne), got {first:g}"
+    elif command == Command.DO_CHANGE_SPEED:
+        if first not in list(SpeedType):
+            yield f"speed type: expected 0 (air), 1 (ground), 2 (climb) or 3 (descent), got {first:g}"
+        elif not (second in (-1.0, -2.0) or second > 0.0):
+            yield f"speed: expected more than 0 m/s, -1 (no change) or -2 (usual speed), got {second:g}"
+    elif command == Command.DO_CHANGE_ALTITUDE:
+        known = [frame for frame in Frame if frame.above_sea or frame.above_home]
+        if math.isnan(first) or second not in known:
+            yield f"altitude: expected a height and a GLOBAL frame in param2, got {first:g} and {second:g}"
+    elif command == Command.DO_SET_HOME and first != 1.0 and item.here:
+        yield "home: expected latitude and longitude, or 1 in param1 for the present place"
+
+
+def _of_course(items: Sequence[MissionItem], places: LocalFrame, parameters: Parameters) -> Iterator[Problem]:
+    """Problems between items, in the order in which they stand."""
+    commands = [Command(item.command) for item in items]
+    if not any(command in FLOWN for command in commands):
+        yield Problem(-1, "nothing to fly")
+        return
+    yield from _first_place(items, places, parameters)
+    yield from _ends(commands, parameters)
+    landed = airborne = False
+    cruise: bool | None = None  # unknown until an item sets it: a mission may be begun in any flight
+    last: MissionItem | None = None
+    for index, (command, item) in enumerate(zip(commands, items, strict=True)):
+        if command == Command.DO_LAND_START:
+            landed = False
+        elif landed and command in FLOWN:
+            yield Problem(index, "expected nothing to fly after a landing but another landing (DO_LAND_START)")
+            landed = False
+        if command in TAKEOFFS and airborne:
+            yield Problem(index, "expected a take-off to be flown first")
+        if command == Command.DO_VTOL_TRANSITION and not airborne and any(one in TAKEOFFS for one in commands[index:]):
+            yield Problem(index, "no transition is possible before the take-off")
+        if command == Command.DO_CHANGE_SPEED:
+            yield from _speed(index, item, cruise, parameters)
+        if command == Command.WAYPOINT and cruise and last is not None:
+            yield from _apart(index, last, item, places, parameters)
+        cruise = _regime_after(command, item, cruise)
+        landed = landed or command in LANDINGS
+        airborne = airborne or command in PLACED
+        if command in PLACED:
+            last = item if command == Command.WAYPOINT else None
+
+
+def _regime_after(command: Command, item: MissionItem, cruise: bool | None) -> bool | None:
+    """Whether the vehicle flies on the wing after an item, when it did before it or not, or that is unknown."""
+    if command == Command.DO_VTOL_TRANSITION:
+        return item.param1 == VTOL_FIXED_WING
+    if command in TAKEOFFS:
+        return command == Command.VTOL_TAKEOFF
+    return False if command in LANDINGS else cruise
+
+
+def _first_place(items: Sequence[MissionItem], places: LocalFrame, parameters: Parameters) -> Iterator[Problem]:
+    farthest, home = parameters["MIS_DIST_1WP"], places.home
+    for index, item in enumerate(items):
+        if item.command in PLACED and not item.here:
+            place = place_of(item, places, (home.north, home.east, home.down))
+            distance = math.hypot(place[0] - home.north, place[1] - home.east)
+            if 0.0 < farthest < distance:
+                yield Problem(index, f"first place is {distance:.0f} m from home, expected at most {farthest:.0f} m")
+            return
+
+
+def _ends(commands: list[Command], parameters: Parameters) -> Iterator[Problem]:
+    """What MIS_TKO_LAND_REQ requires."""
+    required = parameters["MIS_TKO_LAND_REQ"]
+    takeoff = any(command in TAKEOFFS for command in commands)
+    landing = any(command in LANDINGS for command in commands)
+    if required in (1, 3) and not takeoff:
+        yield Problem(-1, "expected a take-off, got none (MIS_TKO_LAND_REQ)")
+    if required in (2, 3) and not landing:
+        yield Problem(-1, "expected a landing, got none (MIS_TKO_LAND_REQ)")
+    if required == 4 and takeoff != landing:
+        have, lack = ("take-off", "landing") if takeoff else ("landing", "take-off")
+        yield Problem(-1, f"expected both a take-off and a landing or neither, got a {have} but no {lack}")
+
+
+def _speed(index: int, item: MissionItem, cruise: bool | None, parameters: Parameters) -> Iterator[Problem]:
+    """A speed that the regime flown at an item does not allow."""
+    speed = item.param2
+    if speed < 0.0 or cruise is None:
+        return
+    if item.param1 == SpeedType.AIRSPEED and cruise:
+        least, most = parameters["FW_AIRSPD_MIN"], parameters["FW_AIRSPD_MAX"]
+    elif item.param1 in (SpeedType.AIRSPEED, SpeedType.GROUND_SPEED):
+        least, most = 0.0, parameters["FW_AIRSPD_MAX" if cruise else "MPC_XY_VEL_MAX"]
+    elif item.param1 == SpeedType.CLIMB:
+        least, most = 0.0, parameters["FW_T_CLMB_MAX" if cruise else "MPC_Z_VEL_MAX_UP"]
+    else:
+        least, most = 0.0, parameters["FW_T_SINK_MAX" if cruise else "MPC_Z_VEL_MAX_DN"]
+    if not least <= speed <= most:
+        flying = "wing-borne" if cruise else "in hover"
+        yield Problem(index, f"speed: expected {least:g} to {most:g} m/s {flying}, got {speed:g} m/s")
+
+
+def _apart(
+    index: int, last: MissionItem, item: MissionItem, places: LocalFrame, parameters: Parameters
+) -> Iterator[Problem]:
+    """Two waypoints that would be reached together."""
+    home = places.home
+    here = (home.north, home.east, home.down)
+    start, end = place_of(last, places, here), place_of(item, places, here)
+    acceptance = item.param2 if item.param2 > 0.0 else parameters["NAV_ACC_RAD"]
+    climb = abs(end[2] - start[2]) > parameters["NAV_FW_ALT_RAD"]
+    distance = math.hypot(end[0] - start[0], end[1] - start[1])
+    if distance < acceptance and not climb and not item.param1 > 0.0:
+        yield Problem(
+            index, f"{distance:.0f} m from the waypoint before, expected more than the {acceptance:g} m that reach it"
+        )

@@ -1,0 +1,40 @@
+"""How long ago the other ends of the vehicle's links were heard, in simulated time; scenarios can cut the links."""
+
+import math
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from sitl.flight.failsafe import Links
+    from sitl.flight.manual_input import Sticks
+
+__all__ = ["LINKS", "LinkAges"]
+
+LINKS = ("ground_station", "manual_control")
+
+
+class LinkAges:
+    """Keeps a flight's `Links` up to date.
+
+    Sticks and setpoints are as old as the latest of them. A scenario may let a ground station or sticks be heard all
+    the time, or fall silent; what it says of a link goes before what is heard.
+
+    Attributes:
+        setpoint_received: simulated time of the latest offboard setpoint [s].
+    """
+
+    def __init__(self) -> None:
+        self.setpoint_received = -math.inf
+        self._silent_since: dict[str, float] = {}
+
+    def switch(self, name: str, up: bool, time: float) -> None:
+        """Let one of LINKS be heard all the time from now [s] on, or be silent."""
+        self._silent_since[name] = math.inf if up else time
+
+    def refresh(self, links: "Links", sticks: "Sticks", time: float) -> None:
+        """Write the ages at this time [s]."""
+        if math.isfinite(sticks.received):
+            links.manual_control = time - sticks.received
+        if math.isfinite(self.setpoint_received):
+            links.offboard = time - self.setpoint_received
+        for name, since in self._silent_since.items():
+            setattr(links, name, max(time - since, 0.0))
