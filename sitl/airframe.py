@@ -43,6 +43,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Airframe", "FlightDivergedError"]
 
+TILT_COMMAND = 3  # of the controls; the aileron and elevator commands follow
+
 
 class FlightDivergedError(ArithmeticError):
     """The equations of motion gave a number that is not finite or beyond all bounds; the flight cannot go on."""
@@ -141,7 +143,11 @@ class Airframe:
         """
         self._controls[:] = _finite(controls, CONTROL_NAMES, "controls")
         self._following[:] = self._controls
-        self._memory["sequence"] = -1.0  # whatever the laws remember is of another flight
+        # Whatever the laws remember is of another flight; what the servos were told last is this.
+        self._memory[:] = 0.0
+        self._memory["sequence"] = -1.0
+        self._memory["tilt_expected"] = self._state[TILT]
+        self.status["servo_command"][0] = self._controls[TILT_COMMAND:]
 
     def reset(self, state: "ArrayLike", controls: "ArrayLike") -> None:
         """Put the vehicle into this state (20,) with these controls (7,), its battery full; time goes on.
@@ -154,8 +160,9 @@ class Airframe:
         if not 0.5 < length < 2.0:
             msg = f"state: expected a unit quaternion, got one of length {length:.3g}"
             raise ValueError(msg)
-        self.set_controls(controls)
+        commands = _finite(controls, CONTROL_NAMES, "controls")
         self._state[:] = values
+        self.set_controls(commands)
         self._state[QUATERNION : QUATERNION + 4] /= length
         self._battery[:] = make_battery(self.aircraft.battery)
         true_estimate(self._state, self.vehicle, self.environment, self._estimate)
@@ -209,6 +216,7 @@ class Airframe:
         view.rotor_speed_commands = (v[21], v[22], v[23])
         view.battery_voltage, view.battery_current = v[24:26]
         view.battery_remaining = v[26] if self._drains else 1.0
+        view.tilt_fault = v[27]
 
     def snapshot(self) -> Snapshot:
         """All there is to see of the vehicle now."""
@@ -221,6 +229,9 @@ class Airframe:
             array.flags.writeable = False
         v = view.tolist()
         voltage, current, remaining = self.battery
+        if remaining is None:  # the ideal source gives what is asked
+            voltage = float(self.vehicle["rotors"]["battery_voltage"][0, 0])
+            current = float(outputs[0]["electrical_power"].sum()) / voltage
         return Snapshot(
             time=self.tick / self.rate,
             state=state,
@@ -309,12 +320,12 @@ def _look(state, vehicle, environment, outputs, view) -> None:
     view[30] = touching
 
 
-SEEN_COUNT = 27
+SEEN_COUNT = 28
 
 
 @compiled
 def _see(state, vehicle, environment, estimates, statuses, battery, seen) -> None:
-    """Write into `seen` (27,) what the flight's events see of estimate, status and battery."""
+    """Write into `seen` (28,) what the flight's events see of estimate, status and battery."""
     true_estimate(state, vehicle, environment, estimates)
     estimate, status, pack = estimates[0], statuses[0], battery[0]
     for k in range(3):
@@ -327,5 +338,5 @@ def _see(state, vehicle, environment, estimates, statuses, battery, seen) -> Non
     seen[12] = estimate.airspeed
     seen[13], seen[14] = estimate.wind_ned[0], estimate.wind_ned[1]
     seen[15], seen[16] = estimate.servo[0], status.servo_command[0]
-    seen[17] = status.thrust
+    seen[17], seen[27] = status.thrust, status.tilt_fault
     seen[24], seen[25], seen[26] = pack.voltage, pack.current, pack.charge / pack.capacity

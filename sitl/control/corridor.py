@@ -102,6 +102,7 @@ class CorridorFlight:
         self.memory, self.status = np.zeros(1, MEMORY), np.zeros(1, STATUS)
         self.memory["sequence"] = -1.0
         trim = trim_level(aircraft, airspeed)
+        self.memory["tilt_expected"] = self.status["servo_command"][0, 0] = trim.tilt
         self.state, self.controls, self.following = trim.state.copy(), trim.controls.copy(), trim.controls.copy()
         task = self.setpoint[0]
         task["level"], task["yaw"], task["thrust_limit"] = Level.VELOCITY, Yaw.COURSE, 1.0

@@ -47,6 +47,7 @@ SLOW_AIRFLOW = 3.0  # below it the airflow gives the nose no direction [m/s]
 SLOW_COURSE = 1.5  # below it the ground track does not [m/s]
 RATE_INTEGRAL_LIMIT = (12.0, 12.0, 6.0)  # [rad/s^2]
 TILT_ASTRAY = math.radians(5.0)  # from where it should be: the tilt drive does not follow
+TILT_MOVED = math.radians(2.0)
 TILT_JUDGEMENT = 0.5  # time to be sure of that [s]
 STUCK_PITCH = math.radians(20.0)  # that the fuselage takes up for a stuck wing: more, and the tail meets the ground
 FASTEST_LIMIT = 1.02  # of the speed at full throttle and rest that the rotors are asked for
@@ -67,8 +68,6 @@ def restart(estimate, setpoint, memory) -> None:
             memory.velocity_integral_ned[k] = 0.0
             memory.rate_integral[k] = 0.0
         memory.heading_reference = estimate.euler[2]
-        memory.tilt_expected = estimate.servo[0]
-        memory.tilt_fault = 0.0
     memory.sequence = float(setpoint.sequence)
 
 
@@ -103,10 +102,17 @@ def turn_demand(estimate, setpoint, gains, memory, blend: float, u: float, v: fl
 
 @compiled
 def watch_tilt(estimate, craft, memory, command: float, dt: float) -> None:
-    """Judge whether the tilt drive follows its command: it should be where a sound one would be by now."""
+    """Judge whether the tilt drive follows its command [rad]: it should be where a sound one would be by now.
+
+    Once judged stuck it has to move to be believed again: standing where it is told to stand proves nothing.
+    """
+    tilt = estimate.servo[0]
     memory.tilt_expected += dt * servo_rate(craft.servos[0], memory.tilt_expected, command)
-    astray = abs(estimate.servo[0] - memory.tilt_expected) > TILT_ASTRAY
-    memory.tilt_fault = limited(memory.tilt_fault + (dt if astray else -dt) / TILT_JUDGEMENT, 0.0, 1.0)
+    if abs(tilt - memory.tilt_expected) > TILT_ASTRAY:
+        memory.tilt_stuck_at = tilt
+        memory.tilt_fault = min(memory.tilt_fault + dt / TILT_JUDGEMENT, 1.0)
+    elif memory.tilt_fault < 1.0 or abs(tilt - memory.tilt_stuck_at) > TILT_MOVED:
+        memory.tilt_fault = max(memory.tilt_fault - dt / TILT_JUDGEMENT, 0.0)
 
 
 @compiled
@@ -137,6 +143,8 @@ def control_step(estimates, setpoints, gain_records, table, axes, schedule, vehi
     estimate, setpoint, gains, craft = estimates[0], setpoints[0], gain_records[0], vehicle[0]
     memory, status = memories[0], statuses[0]
     level = setpoint.level
+    watch_tilt(estimate, craft, memory, status.servo_command[0], dt)
+    status.tilt_fault = memory.tilt_fault
     if level in (DIRECT, OFF):
         memory.sequence = -1.0
         for k in range(7):
@@ -198,7 +206,6 @@ def control_step(estimates, setpoints, gain_records, table, axes, schedule, vehi
     tilt, map_speed, flap, torque = node[0], node[1] / thin, node[2], node[3]
     if level == VELOCITY:
         # A wing that cannot tilt is inclined by the fuselage.
-        watch_tilt(estimate, craft, memory, tilt, dt)
         leaning = limited(pitch + tilt - estimate.servo[0], -STUCK_PITCH, STUCK_PITCH)
         pitch_wanted += memory.tilt_fault * (leaning - pitch_wanted)
     collective = map_speed

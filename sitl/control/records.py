@@ -110,6 +110,7 @@ STATUS = np.dtype(
         ("servo_command", _f, (4,)),  # tilt, aileron left and right, elevator [rad]
         ("rotor_speed_command", _f, (3,)),  # [rad/s]
         ("airflow_forward", _f),  # airspeed along the body [m/s]
+        ("tilt_fault", _f),  # 1: the tilt drive does not follow
         ("node", _f, (13,)),  # of the force map, at the force demand (vehicle_model.force_map.COLUMNS)
         ("schedule", _f, (12,)),  # gains at this airflow (sitl.control.design_names.COLUMNS)
     ],
@@ -127,6 +128,7 @@ MEMORY = np.dtype(
         ("force_demand", _f, (2,)),  # forward and down the body, per mass, as filtered [m/s^2]
         ("airflow", _f, (2,)),  # forward and down the body, as filtered [m/s]
         ("tilt_expected", _f),  # where the tilt drive would be if it were sound [rad]
+        ("tilt_stuck_at", _f),  # where it was seen not to follow [rad]
         ("tilt_fault", _f),  # 0: the tilt drive follows, 1: it does not and the fuselage pitches instead
     ],
     align=True,

@@ -20,13 +20,10 @@ MOTORS = ("left motor", "right motor", "tail motor")
 SHORTFALL_TOLD = 0.3
 SHORTFALL_FULL = 0.05
 MOTOR_TIME = 0.5  # [s]
-TILT_ERROR = math.radians(5.0)
-TILT_TIME = 1.0  # [s]
-LONGEST_STEP = 0.2  # between updates: after more the servo's motion cannot be followed [s]
 
 
 class ActuatorWatch:
-    """Watches rotor speeds and wing tilt against their commands.
+    """Watches rotor speeds against their commands, and what the control laws say of the tilt servo.
 
     A fault stays until `reset`, for a motor that is told to stand still cannot show that it is well again.
 
@@ -40,12 +37,7 @@ class ActuatorWatch:
         craft = vehicle[0]
         rotors = craft["rotors"][: len(MOTORS)]
         self._full_speeds = [float(rotor["battery_voltage"] / rotor["torque_constant"]) for rotor in rotors]
-        servo = craft["servos"][0]
-        self._tilt_range = (float(servo["minimum"]), float(servo["maximum"]))
-        self._tilt_rate = float(servo["rate_limit"])
-        self._tilt_lag = float(servo["time_constant"])
         self._timers = [Debounce() for _ in MOTORS]
-        self._tilt_timer = Debounce()
         self.reset()
 
     def reset(self) -> None:
@@ -53,14 +45,12 @@ class ActuatorWatch:
         self.faults: tuple[str, ...] = ()
         self.tilt_stuck = False
         self._failed = [False for _ in MOTORS]
-        self._expected_tilt = self._time = math.nan
 
     def update(self, view: View, level: int) -> tuple[str, ...]:
         """Judge the present moment under the setpoint's `Level`; returns `faults`."""
         if level != Level.DIRECT:  # which commands throttles, not speeds
             self._judge_motors(view)
-        astray = abs(view.tilt - self._follow_tilt(view)) > TILT_ERROR
-        if self._tilt_timer.held(astray, view.time) >= TILT_TIME and not self.tilt_stuck:
+        if view.tilt_fault >= 1.0 and not self.tilt_stuck:
             self.tilt_stuck = True
             self.faults += (f"tilt servo stuck at {math.degrees(view.tilt):.0f} deg",)
         return self.faults
@@ -75,16 +65,3 @@ class ActuatorWatch:
             if timer.held(slow and told > 0.0, view.time) >= MOTOR_TIME and not self._failed[i]:
                 self._failed[i] = True
                 self.faults += (f"{MOTORS[i]} failed",)
-
-    def _follow_tilt(self, view: View) -> float:
-        """Where a sound servo would have turned the wing by now: a lag with a limited rate, as `motor.servo_rate`."""
-        step = view.time - self._time
-        self._time = view.time
-        if not 0.0 <= step <= LONGEST_STEP:
-            self._expected_tilt = view.tilt
-            return view.tilt
-        lowest, highest = self._tilt_range
-        error = min(max(view.tilt_command, lowest), highest) - self._expected_tilt
-        most = self._tilt_rate * step
-        self._expected_tilt += min(max(error * min(step / self._tilt_lag, 1.0), -most), most)
-        return self._expected_tilt

@@ -92,7 +92,7 @@ class Events:
         parameters, demand, sticks = self.parameters, self.demand, self.sticks
         self._hold = HoldMode(parameters, demand)
         self._takeoff = TakeoffMode(parameters, demand)
-        self._land = LandMode(parameters, demand, self.home)
+        self._land = LandMode(parameters, demand, self.home, self._tilt_failed)
         self._mission_mode = MissionMode(self.mission)
         self._orbit = OrbitMode(parameters, demand)
         self._offboard = Offboard(parameters, demand)

@@ -13,7 +13,18 @@ from sitl.flight.parameters import Parameters
 from sitl.flight.regime import wing_borne
 from sitl.flight.view import View
 
-__all__ = ["Hold", "Landing", "Manoeuvre", "Orbit", "Place", "Takeoff", "YawBehaviour", "arrived", "landing_rate"]
+__all__ = [
+    "ForcedLanding",
+    "Hold",
+    "Landing",
+    "Manoeuvre",
+    "Orbit",
+    "Place",
+    "Takeoff",
+    "YawBehaviour",
+    "arrived",
+    "landing_rate",
+]
 
 Place = tuple[float, float]  # north, east [m]
 
@@ -223,6 +234,23 @@ class Landing(Manoeuvre):
             self._near_since = view.time
         waited = view.time - self._near_since > ARRIVAL_TIME
         self.descending = waited or arrived(view, self.point, ARRIVAL, STANDSTILL)
+
+
+class ForcedLanding(Manoeuvre):
+    """Comes down with a wing that cannot tilt: nose into the wind, as slowly as that wing carries, wherever it is."""
+
+    def start(self, ground_down: float) -> None:
+        """Begin to sink towards ground that is expected at `ground_down` [m, NED down]."""
+        self.usual_speeds()
+        self.ground_down = ground_down
+
+    def update(self, view: View, landed_state: LandedState) -> bool:
+        """Ask for the next moment of it; True once the vehicle has come down and stands."""
+        parameters = self.parameters
+        rate = landing_rate(parameters, self.ground_down - view.down, parameters["MPC_Z_V_AUTO_DN"])
+        self.demand.velocity((0.0, 0.0, rate))
+        self.demand.weathervane()
+        return landed_state == LandedState.ON_GROUND
 
 
 class YawBehaviour(IntEnum):

@@ -9,7 +9,17 @@ from collections.abc import Callable
 from sitl.flight.behaviour import Behaviour
 from sitl.flight.demand import Demand
 from sitl.flight.landed import LandedState
-from sitl.flight.manoeuvres import STANDSTILL, Hold, Landing, Manoeuvre, Orbit, Place, Takeoff, YawBehaviour
+from sitl.flight.manoeuvres import (
+    STANDSTILL,
+    ForcedLanding,
+    Hold,
+    Landing,
+    Manoeuvre,
+    Orbit,
+    Place,
+    Takeoff,
+    YawBehaviour,
+)
 from sitl.flight.mission import Mission
 from sitl.flight.mission_pilot import SpeedType
 from sitl.flight.parameters import Parameters
@@ -95,17 +105,20 @@ class TakeoffMode(Behaviour):
 class LandMode(Behaviour):
     """Lands hovering: where the vehicle comes to a stop, or at a place."""
 
-    def __init__(self, parameters: Parameters, demand: Demand, home: Home) -> None:
+    def __init__(self, parameters: Parameters, demand: Demand, home: Home, tilt_failed: Callable[[], bool]) -> None:
         self.place: Place | None = None  # where to; None: here
         self._home = home
+        self._tilt_failed = tilt_failed
         self._hold = Hold(parameters, demand)
         self._landing = Landing(parameters, demand)
+        self._forced = ForcedLanding(parameters, demand)
         self._begun = False
 
     def start(self, view: View, cruise: bool) -> None:
         """Slow down to a hover; then land here, or fly to the place and land there."""
         self._begun = self.place is not None
         self.cruise = cruise and self._begun
+        self._forced.start(self._home.down)
         if self.place is not None:
             self._landing.start(view, self.place, self._home.down)
         else:
@@ -113,6 +126,9 @@ class LandMode(Behaviour):
 
     def update(self, view: View, landed_state: LandedState) -> bool:
         """Ask for the next moment; True once the vehicle stands."""
+        if self._tilt_failed():
+            self.cruise = False
+            return self._forced.update(view, landed_state)
         if not self._begun:
             self._hold.update(view)
             if self._hold.settled and math.hypot(view.vn, view.ve) <= 2.0 * STANDSTILL:

@@ -36,3 +36,4 @@ class View:
     battery_voltage: float = 0.0
     battery_current: float = 0.0
     battery_remaining: float = 1.0  # 0..1
+    tilt_fault: float = 0.0  # the control laws' judgement; 1: the tilt servo does not follow

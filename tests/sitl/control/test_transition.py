@@ -10,7 +10,7 @@ from tests.sitl.control.flown import Flown, at_a_limit
 from vehicle_model.force_map import STALL_MARGIN
 
 Wind = tuple[float, float, float]
-HEIGHT = 150.0
+HEIGHT = 300.0
 CRUISE = 25.0  # [m/s]
 CALM, HEAD, TAIL, FROM_LEFT, FROM_RIGHT = (
     (0.0, 0.0, 0.0), (-8.0, 0.0, 0.0), (8.0, 0.0, 0.0), (0.0, 8.0, 0.0), (0.0, -8.0, 0.0)
@@ -40,7 +40,7 @@ def front(wind: Wind, sinking: float) -> tuple[np.ndarray, float]:
 
 @functools.cache
 def back(wind: Wind, sinking: float) -> tuple[np.ndarray, np.ndarray, float]:
-    """25 m/s to hover at a point north, climbing or sinking [m/s]; the flight, the point, the largest error of height [m]."""
+    """25 m/s to hover at a point north, climbing or sinking [m/s]; the flight, the point, the error of height [m]."""
     flown = Flown(CRUISE, height=HEIGHT, wind=wind)
     flown.demand.leg((0.0, 0.0, -HEIGHT), (5000.0, 0.0, -HEIGHT), speed=CRUISE, cruise=True)
     flown.fly(20.0)
@@ -124,8 +124,6 @@ def assert_hovers_at(rows: np.ndarray, point: np.ndarray, sinking: float = 0.0) 
     np.testing.assert_allclose(last["velocity"], (0.0, 0.0, sinking), atol=0.2)
 
 
-def test_power_peaks_in_the_transition_and_cruise_takes_a_third_of_what_hover_takes() -> None:
-    rows, _ = front(CALM, 0.0)
-    hover, cruise = rows["power"][0], back(CALM, 0.0)[0]["power"][0]
-    assert rows["power"].max() > hover
-    assert cruise < hover / 3.0
+def test_cruise_takes_less_than_a_third_of_the_power_of_hover() -> None:
+    rows, _, _ = back(CALM, 0.0)
+    assert rows["power"][0] < rows["power"][-1] / 3.0
