@@ -4,8 +4,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
-
 from vehicle_model.aircraft import Aircraft
 from vehicle_model.compiled import compiled
 from vehicle_model.dynamics import derivative
@@ -50,6 +48,8 @@ def speed_at(
     """Steady speed [rad/s] of a rotor at a throttle in a given inflow (as in `vehicle_model.rotor`) [m/s]."""
     if throttle == 0.0:
         return 0.0
+
+    from scipy.optimize import brentq
 
     rotor = aircraft.vehicle["rotors"][0, index]
 

@@ -8,18 +8,19 @@ angle of attack (the XC-142 and the CL-84 programmed their flaps with the wing's
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from vehicle_model.aircraft import Aircraft
 from vehicle_model.authority import speed_at
 from vehicle_model.compiled import compiled, compiled_loop
+from vehicle_model.earth import STANDARD_GRAVITY
 from vehicle_model.loads import describe_parts, vehicle_loads
 from vehicle_model.records import OUTPUTS
 from vehicle_model.state import AILERON_LEFT, AILERON_RIGHT, ELEVATOR, ROTOR_SPEED, STATE_COUNT, TILT
+from vehicle_model.surface import coefficients
 
-__all__ = ["COLUMNS", "DEFAULT_GRID", "SEA_LEVEL_DENSITY", "STALL_MARGIN", "ForceGrid", "force_map"]
+__all__ = ["COLUMNS", "SEA_LEVEL_DENSITY", "STALL_MARGIN", "force_grid", "force_map", "stall_speed"]
 
 # What the table holds at each node.
 COLUMNS = (
@@ -46,24 +47,26 @@ UNKNOWNS = 3
 CONTROL_STEP = 0.01  # [rad]
 
 
-@dataclass(frozen=True)
-class ForceGrid:
-    """Nodes of the table, each axis as (first, step, count): airflow along the body's x and z axes [m/s] at
-    sea-level density, force per mass along them [m/s^2].
+def force_grid(aircraft: Aircraft) -> np.ndarray:
+    """Axes of an aircraft's table (4, 3): first node, step and count of each.
+
+    Airflow along the body's x and z axes [m/s] at sea-level density, as far as the aircraft flies by its stall speed;
+    force per mass along them [m/s^2].
     """
-
-    forward: tuple[float, float, int] = (-14.0, 2.0, 25)
-    down: tuple[float, float, int] = (-9.0, 3.0, 7)
-    force_forward: tuple[float, float, int] = (-6.0, 1.5, 9)
-    force_down: tuple[float, float, int] = (-18.0, 2.0, 9)
-
-    @property
-    def axes(self) -> np.ndarray:
-        """(4, 3): first, step, count of each axis."""
-        return np.array([self.forward, self.down, self.force_forward, self.force_down])
+    step = stall_speed(aircraft) / 8.5
+    return np.array([[-7.0 * step, step, 25.0], [-4.5 * step, 1.5 * step, 7.0], [-6.0, 1.5, 9.0], [-18.0, 2.0, 9.0]])
 
 
-DEFAULT_GRID = ForceGrid()
+def stall_speed(aircraft: Aircraft) -> float:
+    """Airspeed [m/s] at which the wing outside any slipstream carries the weight at its greatest lift, at sea level."""
+    craft = aircraft.vehicle[0]
+    lift = sum(
+        float(surface["area"]) * coefficients(surface, math.sin(angle), math.cos(angle), 0.0)[0]
+        for surface in craft["surfaces"][: craft["surface_count"]]
+        if surface["tilts"] == 1
+        for angle in (float(surface["max_lift_angle"]),)
+    )
+    return math.sqrt(2.0 * float(craft["mass"]) * STANDARD_GRAVITY / (SEA_LEVEL_DENSITY * lift))
 
 
 @compiled
@@ -236,8 +239,8 @@ def fill(vehicle, axes, route, fastest: float, tail_arm: float, outputs, table) 
 def _route(axes: np.ndarray) -> np.ndarray:
     """Order of the nodes, each with a neighbour before it: (n, 2, 4).
 
-    From hover along the airspeed, from each of these along the force forward, then the force down, then the flow across.
-    So the table keeps to the one branch of solutions that joins hover with cruise.
+    From hover along the airspeed, from each of these along the force forward, then the force down, then the flow
+    across. So the table keeps to the one branch of solutions that joins hover with cruise.
     """
     near = ((value - first) / step for value, (first, step, _) in zip((0.0, 0.0, 0.0, -10.0), axes, strict=True))
     hover = tuple(round(index) for index in near)
@@ -253,12 +256,11 @@ def _route(axes: np.ndarray) -> np.ndarray:
     return np.array(reached)
 
 
-def force_map(aircraft: Aircraft, grid: ForceGrid = DEFAULT_GRID) -> np.ndarray:
-    """Table (n_u, n_w, n_fx, n_fz, len(COLUMNS)) of an aircraft over a grid.
+def force_map(aircraft: Aircraft, axes: np.ndarray) -> np.ndarray:
+    """Table (n_u, n_w, n_fx, n_fz, len(COLUMNS)) of an aircraft over a grid, as `force_grid` gives it.
 
     Airspeeds and rotor speeds are equivalent ones: at density rho they count times sqrt(rho/1.225).
     """
-    axes = grid.axes
     table = np.empty((*(int(count) for count in axes[:, 2]), len(COLUMNS)))
     tail_arm = -float(aircraft.vehicle[0]["rotors"]["position"][2, 0])
     fill(aircraft.vehicle, axes, _route(axes), speed_at(aircraft, 0, 1.0), tail_arm, np.zeros(1, OUTPUTS), table)

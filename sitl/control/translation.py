@@ -20,7 +20,7 @@ ACCELERATION = int(Horizontal.ACCELERATION)
 BANK = int(Horizontal.BANK)
 STANDARD_GRAVITY = 9.80665  # [m/s^2]
 FURTHEST = 2.5  # that a velocity reference runs ahead of the velocity [m/s]
-CORRIDOR_FROM = 8.0  # forward airspeed from which sinking and braking share the force at hand [m/s]
+CORRIDOR_FROM = 0.7  # of where the wing begins to carry: from there sinking and braking share the force at hand
 INTEGRAL_LIMIT = 6.0  # [m/s^2]
 LEAST_LACK = 0.1  # of force per mass that counts as falling short [m/s^2]
 
@@ -56,7 +56,7 @@ def advance_reference(estimate, setpoint, gains, row, braking, first, step, u: f
     forward = limited(forward, -limited(-row[LOWEST_FORCE], row[BRAKE], strongest), strongest)
     # Wing-borne, the force left before the wing stalls is spent on braking and on sinking alike: braking as planned
     # comes first, what is left is for sinking.
-    if u > CORRIDOR_FROM:
+    if u > CORRIDOR_FROM * gains.wing_borne_from:
         sinking = STANDARD_GRAVITY * limited(reference[2], 0.0, setpoint.sink_rate) / u
         forward = max(forward, -max(row[BRAKE], -row[LOWEST_FORCE] - sinking))
         down_wanted = min(down_wanted, max(forward - row[LOWEST_FORCE], 0.0) * u / STANDARD_GRAVITY)

@@ -13,10 +13,16 @@ class Behaviour:
     Attributes:
         cruise: the regime it wants now: wing-borne, or hovering.
         own_limits: it sets climb and sink rates itself, instead of those usual in its regime.
+        landing: it is about to meet the ground.
     """
 
     cruise: bool = False
     own_limits: bool = False
+
+    @property
+    def landing(self) -> bool:
+        """See the class."""
+        return False
 
     def start(self, view: View, cruise: bool) -> None:  # noqa: ARG002
         """Take the vehicle over as it is, wing-borne or hovering."""

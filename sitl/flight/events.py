@@ -154,7 +154,7 @@ class Events:
         self.messages.time = view.time
         setpoint = self._setpoint
         landed = self._landed_detector.update(
-            view, setpoint, self.armed, taking_off=self.mode == Mode.TAKEOFF, landing=self.mode == Mode.LAND
+            view, setpoint, self.armed, taking_off=self.mode == Mode.TAKEOFF, landing=self._behaviour.landing
         )
         if landed != self.landed:
             self._landed_changed(landed)

@@ -132,6 +132,11 @@ class Mission:
         """Number of the item where the mission's landing begins (DO_LAND_START), None without one."""
         return next((i for i, item in enumerate(self.items) if item.command == Command.DO_LAND_START), None)
 
+    @property
+    def landing(self) -> bool:
+        """Whether the item being flown is about to meet the ground."""
+        return self._step is not None and self._step.landing
+
     def update(self, view: View) -> None:
         """Ask the control laws for the next moment of the mission."""
         landed = self.landed_state

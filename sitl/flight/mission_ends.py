@@ -220,6 +220,11 @@ class Land(Step):
         self._landing = Landing(pilot.parameters, pilot.demand)
         pilot.say(INFO, "Landing")
 
+    @property
+    def landing(self) -> bool:
+        """As the base says."""
+        return self._began
+
     def distance(self, view: View) -> float:
         """As the base says."""
         return math.hypot(self.place[0] - view.north, self.place[1] - view.east)
@@ -249,6 +254,11 @@ class GoHome(Step):
         home = pilot.places.home
         self._return = Return(pilot.parameters, pilot.demand)
         self._return.start(view, (home.north, home.east), home.down)
+
+    @property
+    def landing(self) -> bool:
+        """As the base says."""
+        return self._return.landing
 
     def update(self, view: View, landed: LandedState) -> bool:
         """As the base says."""

@@ -41,6 +41,11 @@ class Step:
         self.pilot, self.ahead = pilot, ahead
         pilot.forget()
 
+    @property
+    def landing(self) -> bool:
+        """Whether it is about to meet the ground."""
+        return False
+
     def look_ahead(self, ahead: Ahead) -> None:
         """Something else comes after it than was thought."""
         self.ahead = ahead

@@ -114,6 +114,11 @@ class LandMode(Behaviour):
         self._forced = ForcedLanding(parameters, demand)
         self._begun = False
 
+    @property
+    def landing(self) -> bool:
+        """As the base says."""
+        return True
+
     def start(self, view: View, cruise: bool) -> None:
         """Slow down to a hover; then land here, or fly to the place and land there."""
         self._begun = self.place is not None
@@ -158,6 +163,11 @@ class ReturnMode(Behaviour):
         self._tilt_failed = tilt_failed
         self._return = Return(parameters, demand)
         self._land_start: int | None = None
+
+    @property
+    def landing(self) -> bool:
+        """As the base says."""
+        return self._mission.landing if self.own_limits else self._return.landing
 
     def start(self, view: View, cruise: bool) -> None:  # noqa: ARG002 (the manoeuvre sees for itself)
         """Begin with the climb to the return altitude."""
@@ -208,6 +218,11 @@ class MissionMode(Behaviour):
         self._mission = mission
         self._first = 0
         self._begun = False
+
+    @property
+    def landing(self) -> bool:
+        """As the base says."""
+        return self._mission.landing
 
     def begin_at(self, first: int) -> None:
         """Let the next start be one anew, from this item."""

@@ -97,7 +97,7 @@ _CRUISE = (
 )
 
 _ARMING = (
-    _number("COM_DISARM_LAND", 2.0, -1.0, 60.0, "s", "Disarm this long after landing; 0 or less: never"),
+    _number("COM_DISARM_LAND", 1.5, -1.0, 60.0, "s", "Disarm this long after landing; 0 or less: never"),
     _number(
         "COM_DISARM_PRFLT", 10.0, -1.0, 600.0, "s", "Disarm if not taken off this long after arming; 0 or less: no"
     ),

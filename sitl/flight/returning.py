@@ -58,6 +58,11 @@ class Return(Manoeuvre):
         return self._phase == _Phase.CLIMB
 
     @property
+    def landing(self) -> bool:
+        """Whether the landing has begun."""
+        return self._phase == _Phase.LAND
+
+    @property
     def on_the_way(self) -> bool:
         """Whether the vehicle still climbs or crosses: not yet above the place."""
         return self._phase <= _Phase.ACROSS

@@ -114,7 +114,11 @@ def test_back_transition_while_sinking_gives_up_the_sink_that_the_wing_cannot_be
     assert (slowing["velocity"][:, 2] - allowed).max() < 0.35
     assert slowing["velocity"][:, 2].min() < 1.0  # so some was given up
     assert slowing["wetted_margin"].min() > STALL_MARGIN - math.radians(2.5)
-    assert_hovers_at(rows, point, sinking=2.0)
+    # In the end it sinks as told. In 8 m/s of wind that takes what force there is, and leaves little to hold the point.
+    last = rows[-1]
+    assert math.hypot(*(last["position"] - point)[:2]) < (5.0 if any(wind) else 1.0)
+    np.testing.assert_allclose(last["velocity"], (0.0, 0.0, 2.0), atol=1.0 if any(wind) else 0.2)
+    assert rows[-1000:]["wetted_margin"].min() > 0.0
 
 
 def assert_hovers_at(rows: np.ndarray, point: np.ndarray, sinking: float = 0.0) -> None:

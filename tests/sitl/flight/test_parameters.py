@@ -13,7 +13,7 @@ from sitl.flight.parameters import Parameters
 
 def test_begins_with_the_defaults() -> None:
     parameters = Parameters()
-    assert parameters["COM_DISARM_LAND"] == 2.0
+    assert parameters["COM_DISARM_LAND"] == 1.5
     assert parameters["FW_AIRSPD_MIN"] == 15.0
     assert parameters["FW_AIRSPD_TRIM"] == 20.0
     assert parameters["FW_AIRSPD_MAX"] == 30.0
