@@ -13,7 +13,7 @@ help: ## list these commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 setup: $(INSTALLED) ## create .venv, install the pinned packages and ourselves, compile the numeric core
-	@$(BIN)/python -m vehicle_model.warm
+	@$(BIN)/python -m sitl.warm
 
 $(INSTALLED): pyproject.toml requirements.lock $(wildcard setup.py)
 	@$(PYTHON) -c 'import sys; v = sys.version_info; v >= (3, 11) or sys.exit("make: $(PYTHON) is Python %d.%d; 3.11 or newer is needed: make PYTHON=python3.11" % v[:2])'

@@ -5,6 +5,7 @@ import os
 import signal
 import sys
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sitl.airframe import FlightDivergedError
@@ -18,7 +19,7 @@ from sitl.start import StartError
 from sitl.status import Status
 from sitl.viewer import Viewer, ViewerOptionError, open_viewer
 from vehicle_model.aircraft import AircraftFileError
-from vehicle_model.compiled import is_warm
+from vehicle_model.compiled import cache_folder, is_warm
 
 if TYPE_CHECKING:
     from types import FrameType
@@ -49,8 +50,8 @@ def fly(options: "Options") -> int:
     try:
         links = options.links or (GROUND_STATION_LINK, SDK_LINK)
         specs = [_shifted(parse_link(text), options.instance) for text in links]
-        if not is_warm():
-            from vehicle_model.warm import warm_up  # brings all of the analysis along, which a warm start need not load
+        if not is_warm(cache_folder(Path(__file__).parent)):
+            from sitl.warm import warm_up  # brings all of the analysis along, which a warm start need not load
 
             warm_up(status.say)
         simulation = _vehicle(options)

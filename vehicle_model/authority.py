@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+
 from vehicle_model.aircraft import Aircraft
 from vehicle_model.compiled import compiled
 from vehicle_model.dynamics import derivative

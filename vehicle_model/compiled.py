@@ -17,7 +17,7 @@ import numba
 import numpy as np
 from numba.core import config
 
-__all__ = ["CACHE_FOLDER", "WARM_MARK", "compiled", "compiled_loop", "is_warm", "source_hash"]
+__all__ = ["CACHE_FOLDER", "WARM_MARK", "cache_folder", "compiled", "compiled_loop", "is_warm", "source_hash"]
 
 _CORE = Path(__file__).resolve().parent
 
@@ -46,7 +46,7 @@ def _user_cache() -> Path:
 
 
 @functools.cache
-def _cache_folder(source_folder: Path) -> Path | None:
+def cache_folder(source_folder: Path) -> Path | None:
     """Cache folder for the functions of one source folder, or None where nothing can be kept.
 
     The hash covers the core and the function's own package, so a function may call what is in those two. Code that is
@@ -67,7 +67,7 @@ def _cache_folder(source_folder: Path) -> Path | None:
     return folder if os.access(folder, os.W_OK) else None
 
 
-CACHE_FOLDER = _cache_folder(_CORE)
+CACHE_FOLDER = cache_folder(_CORE)
 WARM_MARK = "complete"  # file in the cache folder, written when every entry point has been compiled into it
 
 
@@ -102,7 +102,7 @@ else:
         return _compile(function, releases_gil=True)
 
     def _compile(function: Any, *, releases_gil: bool) -> Any:
-        folder = _cache_folder(Path(function.__code__.co_filename).resolve().parent)
+        folder = cache_folder(Path(function.__code__.co_filename).resolve().parent)
         # Numba picks a function's cache folder as it wraps it. Setting the folder for just that moment leaves other
         # users of Numba in this process alone, and works however early they imported it.
         outer, config.CACHE_DIR = config.CACHE_DIR, str(folder)
@@ -113,6 +113,6 @@ else:
             config.CACHE_DIR = outer
 
 
-def is_warm() -> bool:
-    """True when the whole core, compiled from exactly these sources, is on disk."""
-    return CACHE_FOLDER is not None and (CACHE_FOLDER / WARM_MARK).exists()
+def is_warm(folder: Path | None = CACHE_FOLDER) -> bool:
+    """True when all of a package, by default the core, compiled from exactly these sources, is in its `cache_folder`."""
+    return folder is not None and (folder / WARM_MARK).exists()

@@ -37,6 +37,7 @@ COLUMNS = (
     "stall_margin",  # least of the strips in the slipstream [rad]
     "force_forward",  # reached, per mass [m/s^2]
     "force_down",
+    "roll_per_yaw_rate",  # moment of the faster outer wing in a turn [N m s/rad]
 )
 TILT_COLUMN, SPEED_COLUMN, FLAP_COLUMN = 0, 1, 2
 SEA_LEVEL_DENSITY = 1.225  # of the table [kg/m^3]; at another, the same forces act at the same dynamic pressures
@@ -45,6 +46,7 @@ FLAP_SHARE = 0.8  # of the ailerons' travel that droop may take
 SLOWEST_ROTOR = 0.12  # of the rotor speed at full throttle
 UNKNOWNS = 3
 CONTROL_STEP = 0.01  # [rad]
+TURN_STEP = 0.05  # [rad/s]
 
 
 def force_grid(aircraft: Aircraft) -> np.ndarray:
@@ -210,6 +212,9 @@ def describe(craft, u, w, x, tail_arm, state, controls, out, node) -> None:
             node[6 + 2 * k] = yaw
         else:
             node[9] = pitch
+    point_loads(craft, u, w, x, state, controls, out)
+    _, _, _, mx, _, _ = vehicle_loads(state, controls, craft, air, (0.0, 0.0, TURN_STEP), 0.0, SEA_LEVEL_DENSITY, out)
+    node[13] = mx / TURN_STEP
 
 
 @compiled_loop

@@ -45,7 +45,7 @@ from vehicle_model.wind import make_wind, wind_step
 
 __all__ = ["main", "warm_up"]
 
-KEPT_FOLDERS = 8  # caches of other sources that stay: of other checkouts, branches and versions
+KEPT_FOLDERS = 16  # caches of other sources that stay: of other checkouts, branches and versions
 
 
 def _flight(aircraft: Aircraft, environment: np.ndarray) -> None:

@@ -255,6 +255,7 @@ def control_step(estimates, setpoints, gain_records, table, axes, schedule, vehi
         ),
     )  # fmt: skip
     my -= node[4]
+    mx -= node[13] * thin * rates[2]
     if level == IDLE:
         mx = my = mz = 0.0
 

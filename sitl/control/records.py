@@ -111,7 +111,7 @@ STATUS = np.dtype(
         ("rotor_speed_command", _f, (3,)),  # [rad/s]
         ("airflow_forward", _f),  # airspeed along the body [m/s]
         ("tilt_fault", _f),  # 1: the tilt drive does not follow
-        ("node", _f, (13,)),  # of the force map, at the force demand (vehicle_model.force_map.COLUMNS)
+        ("node", _f, (14,)),  # of the force map, at the force demand (vehicle_model.force_map.COLUMNS)
         ("schedule", _f, (12,)),  # gains at this airflow (sitl.control.design_names.COLUMNS)
     ],
     align=True,

@@ -19,6 +19,7 @@ __all__ = ["STANDARD_GRAVITY", "acceleration_demand", "advance_reference", "inte
 ACCELERATION = int(Horizontal.ACCELERATION)
 BANK = int(Horizontal.BANK)
 STANDARD_GRAVITY = 9.80665  # [m/s^2]
+TOO_FAST = 1.5  # ahead of the velocity reference: nothing is left for sinking [m/s]
 FURTHEST = 2.5  # that a velocity reference runs ahead of the velocity [m/s]
 CORRIDOR_FROM = 0.7  # of where the wing begins to carry: from there sinking and braking share the force at hand
 INTEGRAL_LIMIT = 6.0  # [m/s^2]
@@ -60,6 +61,9 @@ def advance_reference(estimate, setpoint, gains, row, braking, first, step, u: f
         sinking = STANDARD_GRAVITY * limited(reference[2], 0.0, setpoint.sink_rate) / u
         forward = max(forward, -max(row[BRAKE], -row[LOWEST_FORCE] - sinking))
         down_wanted = min(down_wanted, max(forward - row[LOWEST_FORCE], 0.0) * u / STANDARD_GRAVITY)
+        # An aircraft that is not quite the one believed in may have less of it: who runs ahead stops sinking.
+        ahead = cosine * (velocity[0] - reference[0]) + sine * (velocity[1] - reference[1])
+        down_wanted = min(down_wanted, setpoint.sink_rate * limited((TOO_FAST - ahead) / TOO_FAST, 0.0, 1.0))
     widest = STANDARD_GRAVITY * math.tan(setpoint.max_bank)
     blend = limited((u - gains.wing_borne_from) / (gains.wing_borne_at - gains.wing_borne_from), 0.0, 1.0)
     widest = min(widest, gains.lateral_acceleration + blend * widest)

@@ -199,7 +199,7 @@ class Loiter(Step):
         circles = pilot.cruise or self.command == Command.LOITER_TURNS
         if circles and self._entry is not None:
             pilot.leg(view, *self._entry, math.nan)
-            if self.distance(view) <= abs(self.radius) + ENTRY:
+            if self.distance(view) <= abs(self.radius) + ENTRY or passed(view, *self._entry):
                 self._entry = None
         elif circles:
             pilot.circle(view, self.centre, self.radius)
@@ -314,3 +314,9 @@ def angle_between(to: float, start: float) -> float:
 def given(parameter: float) -> float:
     """A parameter's value, zero where it is unset."""
     return 0.0 if math.isnan(parameter) else parameter
+
+
+def passed(view: View, start: Ned, end: Ned) -> bool:
+    """Whether the vehicle is beyond the plane through the end of a leg, square to it."""
+    north, east = end[0] - start[0], end[1] - start[1]
+    return (view.north - end[0]) * north + (view.east - end[1]) * east >= 0.0

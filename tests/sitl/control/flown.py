@@ -78,7 +78,7 @@ class Flown:
         return self.airframe.time
 
     @property
-    def now(self) -> np.ndarray:
+    def now(self) -> np.void:
         """The last row of the history."""
         return self._rows[-1][0]
 
@@ -88,7 +88,7 @@ class Flown:
             self.airframe.advance(EVERY)
             self._keep()
 
-    def until(self, condition: Callable[[np.ndarray], bool], timeout: float) -> float:
+    def until(self, condition: Callable[[np.void], bool], timeout: float) -> float:
         """Go on until a row is as wanted; returns the time that took [s] and fails beyond `timeout` [s]."""
         start = self.time
         while self.time < start + timeout:

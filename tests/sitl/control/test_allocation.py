@@ -17,6 +17,7 @@ NAMES = ("roll_per_rotor", "yaw_per_rotor", "roll_per_aileron", "yaw_per_aileron
 moment = st.floats(-20.0, 20.0)
 speed = st.floats(0.0, 600.0)
 airspeed = st.sampled_from([0.0, 4.0, 8.0, 12.0, 16.0, 20.0, 24.0, 28.0])
+CRUISE = 28.0  # [m/s]
 
 
 def level_nodes() -> list[dict[str, float]]:
@@ -28,10 +29,15 @@ def level_nodes() -> list[dict[str, float]]:
     return [dict(zip(COLUMNS, row.tolist(), strict=True)) for row in rows]
 
 
+def level_node(airspeed: float) -> dict[str, float]:
+    """The one of them that is nearest to an airspeed [m/s]."""
+    return level_nodes()[round(airspeed / design().axes[0, 1])]
+
+
 def effectiveness(airspeed: float) -> np.ndarray:
-    """Roll and yaw (rows) by rotors and ailerons apart (columns) at a node of the map of the real aircraft."""
-    node = level_nodes()[round(airspeed / design().axes[0, 1])]
-    return np.array([[node["roll_per_rotor"], node["roll_per_aileron"]], [node["yaw_per_rotor"], node["yaw_per_aileron"]]])
+    """Roll and yaw (rows) by rotors and ailerons apart (columns), of the real aircraft near an airspeed [m/s]."""
+    node = level_node(airspeed)
+    return np.array([[node[f"{axis}_per_{pair}"] for pair in ("rotor", "aileron")] for axis in ("roll", "yaw")])
 
 
 def allotted(roll: float, yaw: float, matrix: np.ndarray, collective: float) -> tuple[float, float, float]:
@@ -99,8 +105,7 @@ def test_with_the_ailerons_at_their_limit_the_rotors_roll_on() -> None:
 
 def test_rotors_and_ailerons_exchange_roll_and_yaw_between_hover_and_cruise() -> None:
     """Issue 3: what differential thrust does in hover the ailerons do in cruise, and the other way round."""
-    nodes = level_nodes()
-    hover, cruise = nodes[0], nodes[round(28.0 / design().axes[0, 1])]
+    nodes, hover, cruise = level_nodes(), level_node(0.0), level_node(CRUISE)
     assert abs(hover["roll_per_rotor"]) > 5.0 * abs(hover["yaw_per_rotor"])
     assert abs(hover["yaw_per_aileron"]) > 5.0 * abs(hover["roll_per_aileron"])
     # In cruise rotors apart also change the lift of the wing behind them, so that they roll it a little, too.
@@ -118,7 +123,9 @@ def test_everywhere_in_level_flight_the_two_pairs_span_roll_and_yaw() -> None:
     for node in level_nodes():
         rolls = math.hypot(node["roll_per_rotor"], node["yaw_per_rotor"])
         ailerons = math.hypot(node["roll_per_aileron"], node["yaw_per_aileron"])
-        determinant = node["roll_per_rotor"] * node["yaw_per_aileron"] - node["yaw_per_rotor"] * node["roll_per_aileron"]
+        determinant = (
+            node["roll_per_rotor"] * node["yaw_per_aileron"] - node["yaw_per_rotor"] * node["roll_per_aileron"]
+        )
         assert abs(determinant) > 0.5 * rolls * ailerons  # more than 30 deg apart
 
 

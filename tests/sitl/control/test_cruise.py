@@ -1,4 +1,4 @@
-"""What cruise must show (issue 3): height, track and airspeed held from 15 to 30 m/s, circles flown as they are drawn."""
+"""What cruise must show (issue 3): height, track and airspeed held from 15 to 30 m/s, circles flown as drawn."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The design: gains that follow from the aircraft, a braking plan that the force map bears, and a cache that is safe."""
+"""The design: gains that follow from the aircraft, a braking plan that its map bears, a cache that is safe."""
 
 import math
 from pathlib import Path
@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from sitl.control import design as design_module
-from sitl.control.design import IDLE_POWER, PLANNED_BRAKING, STALL_TOLERANCE, design_for
+from sitl.control.design import PLANNED_BRAKING, STALL_TOLERANCE, design_for
 from sitl.control.design_names import BRAKE, COLUMNS, LOWEST_FORCE
 from sitl.control.lookup import map_lookup
 from tests.sitl.control.flown import aircraft, design
+from vehicle_model.aircraft import Aircraft
 from vehicle_model.force_map import COLUMNS as MAP_COLUMNS
 from vehicle_model.force_map import STALL_MARGIN
 from vehicle_model.motor import throttle_for
@@ -52,7 +53,8 @@ def test_loops_are_slower_the_further_out_they_are() -> None:
     assert (schedule["roll_rate_gain"] < 0.5 * actuator).all()
     assert (schedule["roll_gain"] < 0.5 * schedule["roll_rate_gain"]).all()
     assert (schedule["lateral_gain"] < 0.5 * schedule["roll_gain"]).all()
-    assert gains["position"] < 0.5 * schedule["lateral_gain"].min()
+    hover = np.abs(airflow()) < 8.0
+    assert (gains["position"] < 0.5 * schedule["lateral_gain"][hover]).all()
     assert (gains["altitude"] < schedule["vertical_gain"]).all()
 
 
@@ -75,27 +77,49 @@ def test_at_the_lowest_force_the_wing_is_not_stalled_nor_the_motors_off() -> Non
         found = dict(zip(MAP_COLUMNS, node, strict=True))
         assert found["stall_margin"] > STALL_MARGIN - STALL_TOLERANCE - math.radians(0.05), u
         assert found["force_down"] == pytest.approx(-10.0, abs=0.35), u
-        assert found["shaft_torque"] * found["rotor_speed"] > 0.9 * IDLE_POWER, u
+        assert found["shaft_torque"] > 0.0, u  # the motors still drive
 
 
-def test_a_map_is_kept_whole_and_anything_else_is_made_again(tmp_path: Path) -> None:
-    file = tmp_path / "map.npy"
-    assert design_module._kept(file) is None
-    assert design_module._kept(None) is None
-    table = np.random.default_rng(1).normal(size=(2, 2, 2, 2, len(MAP_COLUMNS)))
-    design_module._keep(file, table)
-    assert [path.name for path in tmp_path.iterdir()] == ["map.npy"]
-    kept = design_module._kept(file)
-    assert kept is not None
-    assert kept.tobytes() == table.tobytes()
-    file.write_bytes(file.read_bytes()[:100])
-    assert design_module._kept(file) is None
-    file.write_bytes(b"")
-    assert design_module._kept(file) is None
-    np.save(file, table[..., :5])  # of other columns
-    assert design_module._kept(file) is None
+def test_a_map_is_made_once_and_again_only_if_what_was_kept_is_not_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Making one takes seconds: the one there is stands in for it."""
+    made: list[Aircraft] = []
+
+    def make(whose: Aircraft, axes: np.ndarray) -> np.ndarray:
+        np.testing.assert_array_equal(axes, original.axes)
+        made.append(whose)
+        return original.table.copy()
+
+    original = design()
+    monkeypatch.setattr(design_module, "CACHE_FOLDER", tmp_path)
+    monkeypatch.setattr(design_module, "force_map", make)
+    assert design_for(aircraft()).table.tobytes() == original.table.tobytes()
+    assert design_for(aircraft()).table.tobytes() == original.table.tobytes()
+    assert len(made) == 1
+    (file,) = tmp_path.iterdir()
+    for content in (file.read_bytes()[:100], b"", b"not an array"):
+        file.write_bytes(content)
+        assert design_for(aircraft()).table.tobytes() == original.table.tobytes()
+    assert len(made) == 4
+    np.save(file, original.table[..., :5])  # of other columns
+    design_for(aircraft())
+    assert len(made) == 5
+    assert [path.name for path in tmp_path.iterdir()] == [file.name]  # nothing half-written is left
 
 
-def test_a_folder_that_cannot_be_written_costs_only_the_cache(tmp_path: Path) -> None:
-    design_module._keep(tmp_path / "missing" / "map.npy", np.zeros(3))
+def test_another_aircraft_gets_another_map(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    original = design()
+    monkeypatch.setattr(design_module, "CACHE_FOLDER", tmp_path)
+    monkeypatch.setattr(design_module, "force_map", lambda *_: original.table)
+    for mass in (aircraft().mass_properties.mass, 1.02 * aircraft().mass_properties.mass):
+        design_for(aircraft().with_values({"mass_properties.mass": mass}))
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_a_folder_that_cannot_be_written_costs_only_the_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    original = design()
+    monkeypatch.setattr(design_module, "CACHE_FOLDER", tmp_path / "missing")
+    monkeypatch.setattr(design_module, "force_map", lambda *_: original.table)
+    assert design_for(aircraft()).table.tobytes() == original.table.tobytes()
     assert not (tmp_path / "missing").exists()

@@ -53,7 +53,10 @@ def test_with_the_loss_in_cruise_it_still_comes_back_to_hover_at_a_point(rotor: 
 
 @functools.cache
 def stuck(how: str, wind: tuple[float, float, float]) -> np.ndarray:
-    """80 s with the wing stuck at 45 deg, caught there braking or driven there; after 20 s told to sink at 0.5 m/s."""
+    """80 s with the wing stuck at 45 deg, caught there braking or driven there in hover.
+
+    After 20 s told to sink at 0.5 m/s, nose into the wind.
+    """
     flown = Flown(0.0 if how == "hover" else 20.0, height=HEIGHT, wind=wind)
     if how == "hover":
         flown.demand.point((0.0, 0.0, -HEIGHT), speed=5.0)
@@ -68,23 +71,22 @@ def stuck(how: str, wind: tuple[float, float, float]) -> np.ndarray:
     failed = flown.time
     flown.fly(20.0)
     flown.demand.velocity((0.0, 0.0, 0.5))
-    flown.demand.weathervane()
+    flown.demand.heading(math.atan2(-wind[1], -wind[0]) if any(wind) else 0.0)
     flown.fly(60.0)
     rows = flown.history(failed)
     assert math.degrees(rows["tilt"][-1]) == pytest.approx(45.0, abs=1.0)
     return rows
 
 
-CASES = [
-    (how, wind) for how in ("braking", "hover") for wind in ((0.0, 0.0, 0.0), (5.0, 0.0, 0.0), (-5.0, 3.0, 0.0))
-]
+CASES = [(how, wind) for how in ("braking", "hover") for wind in ((0.0, 0.0, 0.0), (5.0, 0.0, 0.0), (-5.0, 3.0, 0.0))]
 
 
 @pytest.mark.parametrize(("how", "wind"), CASES)
 def test_with_the_tilt_stuck_at_45_degrees_the_attitude_is_kept(how: str, wind: tuple[float, float, float]) -> None:
     rows = stuck(how, wind)
     roll, pitch = np.degrees(np.abs(rows["euler"][:, :2])).max(axis=0)
-    assert roll < 20.0
+    # Caught with the wind behind, it has to turn round for its descent.
+    assert roll < (35.0 if how == "braking" and wind[0] > 0.0 else 20.0)
     assert pitch < 30.0
     assert max(at_a_limit(rows).values()) < 1.0
 
@@ -95,5 +97,5 @@ def test_with_the_tilt_stuck_at_45_degrees_it_sinks_as_told(how: str, wind: tupl
     late = stuck(how, wind)[-1500:]
     sinking = late["velocity"][:, 2]
     assert 0.2 < sinking.mean() < 0.6
-    assert 0.1 < sinking.min()
+    assert sinking.min() > 0.1
     assert sinking.max() < 0.8

@@ -20,7 +20,8 @@ anywhere = st.tuples(*(st.floats(-50.0, 50.0) for _ in range(4)))
 
 def looked_up(table: np.ndarray, point: np.ndarray) -> np.ndarray:
     node = np.full(table.shape[-1], np.nan)
-    map_lookup(table, AXES, *(float(value) for value in point), node)
+    u, w, force_x, force_z = (float(value) for value in point)
+    map_lookup(table, AXES, u, w, force_x, force_z, node)
     return node
 
 

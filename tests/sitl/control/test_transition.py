@@ -1,4 +1,4 @@
-"""What the transitions must show (issue 3): height kept, no actuator at a limit, no stall; in wind, climbing, sinking."""
+"""What transitions must show (issue 3): height kept, no actuator at a limit, no stall; in wind, climbing, sinking."""
 
 import functools
 import math

@@ -4,14 +4,28 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sitl.control.design_names import BRAKE, COLUMNS, FORWARD_GAIN, INTEGRAL_SHARE, LATERAL_GAIN, LOWEST_FORCE, VERTICAL_GAIN
+from sitl.control.design_names import (
+    BRAKE,
+    COLUMNS,
+    FORWARD_GAIN,
+    INTEGRAL_SHARE,
+    LATERAL_GAIN,
+    LOWEST_FORCE,
+    VERTICAL_GAIN,
+)
 from sitl.control.records import ESTIMATE, GAINS, MEMORY, SETPOINT, Horizontal, Vertical
-from sitl.control.translation import STANDARD_GRAVITY, acceleration_demand, advance_reference, integrate_velocity
+from sitl.control.translation import (
+    FURTHEST,
+    STANDARD_GRAVITY,
+    acceleration_demand,
+    advance_reference,
+    integrate_velocity,
+)
 
-DT = 1.0 / 400.0
+DT = 0.02  # coarser than a tick: the formulas know no other difference [s]
 FORWARD, LATERAL, DOWN, SHARE = 1.1, 0.9, 2.0, 0.15
 BRAKING = np.full(25, 0.7)
 
@@ -30,7 +44,7 @@ def estimate(**values: object) -> np.void:
 def setpoint(**values: object) -> np.void:
     array = np.zeros(1, SETPOINT)
     array["horizontal"], array["vertical"] = Horizontal.VELOCITY, Vertical.RATE
-    array["climb_rate"], array["sink_rate"], array["max_bank"] = 3.0, 3.0, math.radians(35.0)
+    array["climb_rate"], array["sink_rate"], array["max_bank"] = 4.0, 4.0, math.radians(35.0)
     for name, value in values.items():
         array[name] = value
     return array[0]
@@ -63,12 +77,15 @@ def body(yaw: float) -> np.ndarray:
     return np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
-def advanced(seen: np.void, task: np.void, memory: np.void, u: float = 0.0, row: np.ndarray | None = None) -> np.ndarray:
-    """The reference's acceleration in NED over one tick."""
+def advanced(
+    seen: np.void, task: np.void, memory: np.void, u: float = 0.0, row: np.ndarray | None = None
+) -> np.ndarray:
+    """The reference's acceleration in NED over one step."""
     row = schedule() if row is None else row
     return np.array(advance_reference(seen, task, gains(), row, BRAKING, -14.0, 2.0, u, memory, DT))
 
 
+@settings(max_examples=30)
 @given(heading, velocity)
 def test_a_perfect_aircraft_reaches_the_velocity_asked_for_without_overshoot(
     yaw: float, wanted: tuple[float, ...]
@@ -89,13 +106,15 @@ def test_a_perfect_aircraft_reaches_the_velocity_asked_for_without_overshoot(
 
 
 def test_the_reference_never_runs_far_ahead_of_a_vehicle_that_does_not_follow() -> None:
-    seen, task, memory = estimate(), setpoint(velocity_ned=(8.0, -8.0, 3.0)), remembered()
-    for _ in range(4000):
+    seen, task, memory = estimate(), setpoint(velocity_ned=(8.0, -8.0, 9.0)), remembered()
+    for _ in range(500):
         advanced(seen, task, memory)
-    np.testing.assert_allclose(memory["velocity_reference_ned"], (1.2, -1.2, 1.2), atol=1e-9)
+    np.testing.assert_allclose(memory["velocity_reference_ned"], (FURTHEST, -FURTHEST, FURTHEST), atol=1e-9)
+    assert FURTHEST < 3.0
 
 
-@given(st.floats(9.0, 30.0), st.floats(-3.0, -0.4), st.floats(0.2, 1.0), st.floats(0.0, 3.0))
+@settings(max_examples=30)
+@given(st.floats(9.0, 30.0), st.floats(-3.0, -0.4), st.floats(0.2, 0.6), st.floats(0.0, 3.0))
 def test_wing_borne_braking_and_sinking_share_the_force_at_hand(
     u: float, lowest: float, brake_share: float, sinking: float
 ) -> None:
@@ -103,15 +122,15 @@ def test_wing_borne_braking_and_sinking_share_the_force_at_hand(
     brake = brake_share * -lowest
     row = schedule(brake=brake, lowest=lowest)
     seen, memory = estimate(velocity_ned=(u, 0.0, sinking)), remembered((u, 0.0, sinking))
-    task = setpoint(velocity_ned=(-50.0, 0.0, 3.0))
+    task = setpoint(velocity_ned=(-50.0, 0.0, 4.0))
     acceleration = np.zeros(3)
-    for _ in range(2000):
+    for _ in range(300):
         acceleration = advanced(seen, task, memory, u, row)
         seen["velocity_ned"] = memory["velocity_reference_ned"]
     down = memory["velocity_reference_ned"][2]
     assert acceleration[0] - STANDARD_GRAVITY * down / u >= lowest - 1e-3
     assert acceleration[0] <= -brake + 1e-9  # braking as planned comes first
-    assert 0.0 <= down <= 3.0 + 1e-9
+    assert 0.0 <= down <= 4.0 + 1e-9
 
 
 def test_for_an_acceleration_the_reference_is_the_present_velocity() -> None:
@@ -119,7 +138,7 @@ def test_for_an_acceleration_the_reference_is_the_present_velocity() -> None:
     memory = remembered((9.0, 9.0, 0.0))
     acceleration = advanced(estimate(velocity_ned=(1.0, 2.0, 0.0), euler=(0.0, 0.0, 0.6)), task, memory)
     np.testing.assert_allclose(body(0.6) @ acceleration, (0.5, -0.25, 0.0), atol=1e-12)
-    np.testing.assert_allclose(memory["velocity_reference_ned"][:2], (1.0, 2.0), atol=DT)
+    np.testing.assert_allclose(memory["velocity_reference_ned"][:2], (1.0, 2.0), atol=0.6 * DT)
 
 
 def test_a_bank_is_turned_with_as_its_tangent_says() -> None:
@@ -131,7 +150,11 @@ def test_a_bank_is_turned_with_as_its_tangent_says() -> None:
 
 @given(heading, velocity, velocity, velocity, velocity)
 def test_the_acceleration_demand_is_feed_forward_and_proportional_and_integral_in_the_axes_of_the_heading(
-    yaw: float, now: tuple[float, ...], reference: tuple[float, ...], feed: tuple[float, ...], integral: tuple[float, ...]
+    yaw: float,
+    now: tuple[float, ...],
+    reference: tuple[float, ...],
+    feed: tuple[float, ...],
+    integral: tuple[float, ...],
 ) -> None:
     memory = remembered(reference)
     memory["velocity_integral_ned"] = integral
@@ -142,10 +165,10 @@ def test_the_acceleration_demand_is_feed_forward_and_proportional_and_integral_i
 
 
 def integrated(error: tuple[float, ...], lack: tuple[float, ...], yaw: float = 0.0, ticks: int = 1) -> np.ndarray:
-    """Integral in the axes of the heading after so many ticks with an error (forward, right, down) and a lack."""
-    memory = remembered(tuple(body(yaw).T @ error))
+    """Integral in the axes of the heading after so many steps with an error (forward, right, down) and a lack."""
+    seen, memory = estimate(euler=(0.0, 0.0, yaw)), remembered(tuple(body(yaw).T @ error))
     for _ in range(ticks):
-        integrate_velocity(estimate(euler=(0.0, 0.0, yaw)), setpoint(), schedule(), memory, *lack, DT)
+        integrate_velocity(seen, setpoint(), schedule(), memory, lack[0], lack[1], lack[2], DT)
     return body(yaw) @ memory["velocity_integral_ned"]
 
 
@@ -167,4 +190,4 @@ def test_an_error_that_the_force_cannot_meet_is_not_integrated(axis: int, sign: 
 
 
 def test_the_integral_is_limited() -> None:
-    np.testing.assert_allclose(integrated((8.0, -8.0, 8.0), (0.0, 0.0, 0.0), ticks=20000), (6.0, -6.0, 6.0), atol=1e-9)
+    np.testing.assert_allclose(integrated((8.0, -8.0, 8.0), (0.0, 0.0, 0.0), ticks=2500), (6.0, -6.0, 6.0), atol=1e-9)
