@@ -36,8 +36,7 @@ FORWARD_CROSSOVER = 0.234  # forward velocity, over 1/(tilt lag + filter + delay
 VERTICAL_CROSSOVER = 0.20  # vertical velocity, over 1/(twice the rotor lag + delay), in hover
 WING_BORNE_VERTICAL = 0.24  # the same wing-borne, over 1/(tilt lag + filter + delay), at the speed it begins
 POSITION_RATIO = 0.35  # position over lateral velocity
-INTEGRAL = 0.15  # integral gain of the velocity loops over the square of the proportional one
-RATE_INTEGRAL = 0.05  # the same of the rate loops: less, so that a bank is not overshot
+INTEGRAL = 0.15  # integral gain over the square of the proportional one
 # Wing-borne the bank turns the path and the nose follows with a lag of its own, and the map, whose tilt comes late,
 # takes away part of the heave damping: more so, the faster. The velocity loops keep away from both.
 WING_BORNE_LATERAL = 0.5  # of the lateral gain
@@ -204,7 +203,7 @@ def _schedule(
         "roll_rate_gain": rate,
         "pitch_rate_gain": rate,
         "yaw_rate_gain": YAW_SHARE * rate,
-        "rate_integral_share": RATE_INTEGRAL,
+        "rate_integral_share": INTEGRAL,
         "forward_gain": FORWARD_CROSSOVER / tilt_lag,
         "lateral_gain": lateral * (1.0 + blend * (WING_BORNE_LATERAL - 1.0)),
         "vertical_gain": hovering + blend * (WING_BORNE_VERTICAL / tilt_lag * faster - hovering),

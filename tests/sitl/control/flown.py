@@ -9,7 +9,7 @@ import numpy as np
 from sitl.airframe import Airframe
 from sitl.control.design import Design, design_for
 from sitl.control.design_names import LOWEST_FORCE
-from sitl.flight.demand import Demand, Vector
+from sitl.flight.demand import Demand
 from sitl.start import trimmed
 from vehicle_model.aircraft import Aircraft, load_aircraft
 from vehicle_model.earth import make_environment
@@ -58,8 +58,8 @@ class Flown:
     """Trimmed level flight at a true airspeed [m/s], height above home [m] and heading [rad], then as `demand` says."""
 
     def __init__(
-        self, airspeed: float = 0.0, *, height: float = 100.0, heading: float = 0.0, wind: Vector = (0.0, 0.0, 0.0),
-        roughness: float = 0.0, gusts: Sequence[Gust] = (),
+        self, airspeed: float = 0.0, *, height: float = 100.0, heading: float = 0.0,
+        wind: tuple[float, float, float] = (0.0, 0.0, 0.0), roughness: float = 0.0, gusts: Sequence[Gust] = (),
     ) -> None:  # fmt: skip
         environment = make_environment("flat", latitude=0.8, longitude=0.1, height_ellipsoid=488.0, wind_ned=wind)
         start = trimmed(aircraft(), environment, airspeed, heading, height=height)
@@ -95,7 +95,8 @@ class Flown:
             self.fly(PERIOD)
             if condition(self.now):
                 return self.time - start
-        raise AssertionError(f"not within {timeout} s, at {dict(zip(ROW.names or (), self.now, strict=True))}")
+        last = {name: self.now[name].tolist() for name in ROW.names or ()}
+        raise AssertionError(f"not within {timeout} s, at {last}")
 
     def history(self, since: float = 0.0) -> np.ndarray:
         """Rows (n,) of ROW after a time [s]."""

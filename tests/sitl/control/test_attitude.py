@@ -67,14 +67,17 @@ def test_a_turn_at_the_target_turns_the_heading_alone(roll: float, pitch: float,
     seen = estimate(roll, pitch, yaw)
     step = 1e-5
     half = 0.5 * step * demanded(seen, roll, pitch, turn)
-    moved = np.array(quaternion_normalise(*quaternion_multiply(*seen["quaternion"], 1.0, *half)))
+    q0, q1, q2, q3 = seen["quaternion"]
+    moved = np.array(quaternion_normalise(*quaternion_multiply(q0, q1, q2, q3, 1.0, half[0], half[1], half[2])))
     expected = np.array(quaternion_from_euler(roll, pitch, yaw + turn * step))
     assert abs(moved @ expected) == pytest.approx(1.0, abs=1e-10)
     np.testing.assert_allclose(moved * np.sign(moved @ expected), expected, atol=1e-9)
 
 
 @given(st.tuples(rate, rate, rate), st.tuples(rate, rate, rate))
-def test_the_moment_is_that_of_eulers_equations(rates: tuple[float, ...], acceleration: tuple[float, ...]) -> None:
+def test_the_moment_is_that_of_eulers_equations(
+    rates: tuple[float, float, float], acceleration: tuple[float, float, float]
+) -> None:
     """J w' + w x J w, with an inertia that has all its products."""
     craft = aircraft().vehicle.copy()
     inertia = np.array([[1.1, -0.05, 0.12], [-0.05, 1.3, 0.03], [0.12, 0.03, 1.9]])
