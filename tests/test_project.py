@@ -60,8 +60,8 @@ def test_entry_point_can_be_loaded(script: str) -> None:
 
 def test_every_make_command_in_the_readme_exists() -> None:
     makefile = (ROOT / "Makefile").read_text()
-    targets = set(re.findall(r"^([a-z]+):", makefile, re.MULTILINE))
-    named = set(re.findall(r"\bmake ([a-z]+)", README))
+    targets = set(re.findall(r"^([a-z-]+):", makefile, re.MULTILINE))
+    named = set(re.findall(r"\bmake ([a-z-]+)", README))
     assert {"run", "test"} <= named <= targets
 
 

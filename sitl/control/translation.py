@@ -20,6 +20,7 @@ ACCELERATION = int(Horizontal.ACCELERATION)
 BANK = int(Horizontal.BANK)
 STANDARD_GRAVITY = 9.80665  # [m/s^2]
 TOO_FAST = 1.5  # ahead of the velocity reference: nothing is left for sinking [m/s]
+SINKING = 0.8  # faster than asked for before it counts as a stall, and from there until it wholly does [m/s]
 FURTHEST = 2.5  # that a velocity reference runs ahead of the velocity [m/s]
 CORRIDOR_FROM = 0.7  # of where the wing begins to carry: from there sinking and braking share the force at hand
 INTEGRAL_LIMIT = 6.0  # [m/s^2]
@@ -55,6 +56,7 @@ def advance_reference(estimate, setpoint, gains, row, braking, first, step, u: f
             right = STANDARD_GRAVITY * math.tan(setpoint.bank)
     strongest = gains.forward_acceleration
     forward = limited(forward, -limited(-row[LOWEST_FORCE], row[BRAKE], strongest), strongest)
+    behind = FURTHEST
     # Wing-borne, the force left before the wing stalls is spent on braking and on sinking alike: braking as planned
     # comes first, what is left is for sinking.
     if u > CORRIDOR_FROM * gains.wing_borne_from:
@@ -64,6 +66,10 @@ def advance_reference(estimate, setpoint, gains, row, braking, first, step, u: f
         # An aircraft that is not quite the one believed in may have less of it: who runs ahead stops sinking.
         ahead = cosine * (velocity[0] - reference[0]) + sine * (velocity[1] - reference[1])
         down_wanted = min(down_wanted, setpoint.sink_rate * limited((TOO_FAST - ahead) / TOO_FAST, 0.0, 1.0))
+        # And who sinks more than he should has stalled: more tilt would not carry him, speed does.
+        stalled = limited((velocity[2] - max(reference[2], down_wanted) - SINKING) / SINKING, 0.0, 1.0)
+        forward += stalled * (gains.forward_acceleration - forward)
+        behind *= 1.0 - stalled
     widest = STANDARD_GRAVITY * math.tan(setpoint.max_bank)
     blend = limited((u - gains.wing_borne_from) / (gains.wing_borne_at - gains.wing_borne_from), 0.0, 1.0)
     widest = min(widest, gains.lateral_acceleration + blend * widest)
@@ -71,8 +77,8 @@ def advance_reference(estimate, setpoint, gains, row, braking, first, step, u: f
     down = 2.0 * gains.reference * (down_wanted - reference[2])
     down = limited(down, -gains.vertical_acceleration, gains.vertical_acceleration)
     north, east = cosine * forward - sine * right, sine * forward + cosine * right
-    reference[0] = limited(reference[0] + dt * north, velocity[0] - FURTHEST, velocity[0] + FURTHEST)
-    reference[1] = limited(reference[1] + dt * east, velocity[1] - FURTHEST, velocity[1] + FURTHEST)
+    reference[0] = limited(reference[0] + dt * north, velocity[0] - behind, velocity[0] + behind)
+    reference[1] = limited(reference[1] + dt * east, velocity[1] - behind, velocity[1] + behind)
     reference[2] = limited(reference[2] + dt * down, velocity[2] - FURTHEST, velocity[2] + FURTHEST)
     return north, east, down
 

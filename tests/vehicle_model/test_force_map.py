@@ -200,6 +200,24 @@ def test_what_the_actuators_do_is_what_the_equations_of_motion_give(airspeed: fl
     assert elevator[1] == pytest.approx(node["pitch_per_elevator"], rel=0.02, abs=1e-3)
 
 
+def test_a_turn_rolls_the_faster_outer_wing_up_by_the_moment_that_the_equations_of_motion_give() -> None:
+    """J w' + w x J w by the derivative of the whole vehicle in a yaw rate, at a node of cruise."""
+    index, rate = node_at(20.0), 0.05
+    node: dict[str, float] = dict(zip(COLUMNS, table()[index, 3, 4, 4].tolist(), strict=True))
+    inertia = aircraft().vehicle[0]["inertia"]
+    state, controls, change = np.zeros(STATE_COUNT), np.zeros(7), np.empty(STATE_COUNT)
+    state[QUATERNION], state[VELOCITY], state[TILT] = 1.0, level_airspeeds()[index], node["tilt"]
+    state[ROTOR_SPEED : ROTOR_SPEED + 2] = node["rotor_speed"]
+    state[AILERON_LEFT : AILERON_LEFT + 2] = node["flap"]
+    state[RATES + 2] = rate
+    controls[3:] = state[TILT : ELEVATOR + 1]
+    balance_motors(state, controls, aircraft().vehicle, still_air(), np.zeros(1, OUTPUTS), change)
+    turning = np.array([0.0, 0.0, rate])
+    moment = inertia @ change[RATES : RATES + 3] + np.cross(turning, inertia @ turning)
+    assert node["roll_per_yaw_rate"] == pytest.approx(moment[0] / rate, rel=0.05)
+    assert node["roll_per_yaw_rate"] > 0.0
+
+
 def test_signs_of_what_the_actuators_do() -> None:
     """Left rotor faster lifts the left wing: roll right. Left aileron down too. Elevator down: nose down."""
     ahead = level_airspeeds() >= 0.0
