@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sitl.control.design import Design
-from sitl.control.records import ESTIMATE, MEMORY, SETPOINT, STATUS
+from sitl.control.records import SETPOINT
 from sitl.control.truth import true_estimate
 from sitl.snapshot import Snapshot
-from sitl.tick import BEYOND, fly
+from sitl.tick import BEYOND, CRAFT, fly
 from vehicle_model.atmosphere import atmosphere
 from vehicle_model.battery import make_battery
 from vehicle_model.compiled import compiled
@@ -23,7 +23,6 @@ from vehicle_model.integrate import observe
 from vehicle_model.records import OUTPUTS
 from vehicle_model.rotation import body_to_ned, euler_from_quaternion, quaternion_multiply, quaternion_normalise
 from vehicle_model.state import (
-    CONTROL_COUNT,
     CONTROL_NAMES,
     POSITION,
     QUATERNION,
@@ -68,6 +67,7 @@ class Airframe:
     grouped.
 
     Attributes:
+        craft: CRAFT array (1,), all that changes in flight; `vehicle`, `environment` and `status` are parts of it.
         controls_from_outside: True while `set_controls` and not the laws move the actuators.
         setpoint: SETPOINT array (1,) that the laws follow; replace it by that of a `sitl.flight.demand.Demand`.
         status: STATUS array (1,), what the laws say of themselves.
@@ -90,26 +90,22 @@ class Airframe:
             msg = f"rate: expected at least 1 step per second, got {rate}"
             raise ValueError(msg)
         self.aircraft = aircraft
-        self.environment = environment.copy()
         self.rate = rate
         self.tick = 0
+        self.craft = np.zeros(1, CRAFT)
+        craft = self.craft[0]
+        self.vehicle, self.environment, self.status = craft["vehicle"], craft["environment"], craft["status"]
+        self._state, self._controls, self._following = craft["state"], craft["controls"], craft["following"]
+        self._wind, self._battery = craft["wind"], craft["battery"]
+        self._estimate, self._memory = craft["estimate"], craft["memory"]
+        self.vehicle[:] = aircraft.vehicle
+        self.environment[:] = environment
+        self._wind[:] = make_wind(environment[0]["wind_ned"]) if wind is None else wind
         self.controls_from_outside = design is None
         self.setpoint = np.zeros(1, SETPOINT)
-        self.status = np.zeros(1, STATUS)
-        self.vehicle = aircraft.vehicle.copy()
-        self._step = 1.0 / rate
-        self._controlled = design is not None
         # Without laws the compiled loop still wants their records: those of no design, never looked at.
         self._design = design or Design.none()
         self._drains = drains
-        self._wind = make_wind(environment[0]["wind_ned"]) if wind is None else wind.copy()
-        self._battery = make_battery(aircraft.battery)
-        self._estimate = np.zeros(1, ESTIMATE)
-        self._memory = np.zeros(1, MEMORY)
-        self._state = np.empty(STATE_COUNT)
-        self._before = np.empty(STATE_COUNT)
-        self._controls = np.empty(CONTROL_COUNT)
-        self._following = np.empty(CONTROL_COUNT)
         self._rate_of_change = np.empty(STATE_COUNT)
         self._seen = np.empty(SEEN_COUNT)
         self.reset(state, controls)
@@ -173,16 +169,14 @@ class Airframe:
         Raises FlightDivergedError when the state stops being finite or leaves all bounds (1e9 in its SI unit); it is
         then left as before the call.
         """
-        self._before[:] = self._state
         design = self._design
         if not fly(
-            self._state, self._controls, self._following, self.vehicle, self.environment, self._wind, self._battery,
-            self._drains, self._estimate, self.setpoint, design.gains, design.table, design.axes, design.schedule,
-            design.vehicle, self._memory, self.status, not self.controls_from_outside, self.time, self._step, ticks,
+            self.craft, self.setpoint, design.gains, design.table, design.axes, design.schedule, design.vehicle,
+            not self.controls_from_outside, self._drains, self.tick, self.rate, ticks,
         ):  # fmt: skip
             values = zip(STATE_NAMES, self._state, strict=True)
             broken = ", ".join(name for name, value in values if not abs(value) <= BEYOND)
-            self._state[:] = self._before
+            self._state[:] = self.craft["before"][0]
             msg = f"flight diverged after t = {self.time:.4f} s: {broken} beyond {BEYOND:g} or not finite"
             raise FlightDivergedError(msg)
         self.tick += ticks
@@ -205,7 +199,7 @@ class Airframe:
 
     def look(self, view: "View") -> None:
         """Refill what the flight's events see."""
-        _see(self._state, self.vehicle, self.environment, self._estimate, self.status, self._battery, self._seen)
+        _see(self.craft, self._seen)
         v = self._seen.tolist()
         view.time = self.tick / self.rate
         view.north, view.east, view.down, view.vn, view.ve, view.vd = v[0:6]
@@ -324,10 +318,11 @@ SEEN_COUNT = 28
 
 
 @compiled
-def _see(state, vehicle, environment, estimates, statuses, battery, seen) -> None:
-    """Write into `seen` (28,) what the flight's events see of estimate, status and battery."""
-    true_estimate(state, vehicle, environment, estimates)
-    estimate, status, pack = estimates[0], statuses[0], battery[0]
+def _see(crafts, seen) -> None:
+    """Write into `seen` (27,) what the flight's events see: estimate, status and battery of a CRAFT array (1,)."""
+    craft = crafts[0]
+    true_estimate(craft.state, craft.vehicle, craft.environment, craft.estimate)
+    estimate, status, pack = craft.estimate[0], craft.status[0], craft.battery[0]
     for k in range(3):
         seen[k] = estimate.position_ned[k]
         seen[3 + k] = estimate.velocity_ned[k]

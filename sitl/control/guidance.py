@@ -40,13 +40,14 @@ def stopping_speed(
     covered = 0.0
     last = braking.shape[0] - 1
     while speed < fastest:
-        airspeed = math.copysign(math.sqrt((speed + headwind) ** 2 + crosswind * crosswind), speed + headwind)
+        along = speed + 0.5 * SPEED_STEP + headwind
+        airspeed = math.copysign(math.sqrt(along * along + crosswind * crosswind), along)
         x = min(max((airspeed - first) / step, 0.0), float(last))
         cell = min(int(x), last - 1)
         deceleration = braking[cell] + (x - cell) * (braking[cell + 1] - braking[cell])
         needed = (speed + 0.5 * SPEED_STEP) * SPEED_STEP / deceleration
         if covered + needed >= distance:
-            return speed + SPEED_STEP * (distance - covered) / needed
+            return math.sqrt(speed * speed + 2.0 * deceleration * (distance - covered))
         covered += needed
         speed += SPEED_STEP
     return fastest

@@ -44,7 +44,7 @@ POINT = int(Horizontal.POINT)
 
 STRONGEST_FORCE = -2.0  # demand down the body, per mass, kept from falling to weightlessness [m/s^2]
 SLOW_AIRFLOW = 3.0  # below it the airflow gives the nose no direction [m/s]
-SLOW_COURSE = 1.5  # below it the ground track does not [m/s]
+SLOW_COURSE = 1.5  # below it neither the ground track nor the wind does [m/s]
 RATE_INTEGRAL_LIMIT = (12.0, 12.0, 6.0)  # [rad/s^2]
 TILT_ASTRAY = math.radians(5.0)  # from where it should be: the tilt drive does not follow
 TILT_MOVED = math.radians(2.0)
@@ -84,8 +84,10 @@ def turn_demand(estimate, setpoint, gains, memory, blend: float, u: float, v: fl
         reference, wind = memory.velocity_reference_ned, estimate.wind_ned
         north, east = reference[0], reference[1]
         slow = SLOW_COURSE
-        if setpoint.cruise == 1 or setpoint.yaw == WEATHERVANE:
+        if setpoint.cruise == 1:
             north, east, slow = north - wind[0], east - wind[1], SLOW_AIRFLOW
+        elif setpoint.yaw == WEATHERVANE:
+            north, east = -wind[0], -wind[1]
         if north * north + east * east > slow * slow:
             target = math.atan2(east, north)
     memory.heading_reference = target

@@ -82,7 +82,6 @@ class Events:
         self._landed_detector = LandedDetector(given)
         self._settling = Settling()
         self._regime = RegimeWatch(given)
-        self._setpoint = self.demand.record[0]
         self._limited_for: bool | None = None  # regime whose limits the laws have; None: set them anew
         given.on_change.append(self._parameter_changed)
         self._make_modes(aircraft)
@@ -152,9 +151,9 @@ class Events:
         """Look at the vehicle, decide, and ask the control laws for the next 20 ms; called at 50 Hz."""
         self.view = view
         self.messages.time = view.time
-        setpoint = self._setpoint
+        demand = self.demand
         landed = self._landed_detector.update(
-            view, setpoint, self.armed, taking_off=self.mode == Mode.TAKEOFF, landing=self._behaviour.landing
+            view, demand, self.armed, taking_off=self.mode == Mode.TAKEOFF, landing=self._behaviour.landing
         )
         if landed != self.landed:
             self._landed_changed(landed)
@@ -163,9 +162,9 @@ class Events:
         if turn == 0:
             self._check_slowly()
         elif turn in (1, 3):
-            self.actuators.update(view, int(setpoint["level"]))
+            self.actuators.update(view, demand.level)
         self._ask()
-        self._settling.update(view, self._landed_detector.contact, setpoint)
+        self._settling.update(view, self._landed_detector.contact, demand)
         self.regime = self._regime.update(self._behaviour.cruise and self.flying, view)
 
     def _ask(self) -> None:

@@ -8,10 +8,9 @@ keeps still without it has landed.
 import math
 from enum import IntEnum
 
-import numpy as np
-
-from sitl.control.records import Level, Vertical
+from sitl.control.records import Level
 from sitl.flight.debounce import Debounce
+from sitl.flight.demand import Demand
 from sitl.flight.parameters import Parameters
 from sitl.flight.view import View
 
@@ -41,10 +40,6 @@ AIRSPEED_MARGIN = 0.9  # of FW_AIRSPD_MIN: wing-borne flight begins here
 LEFT_CLIMB = 0.15  # [m/s]
 LEFT_HEIGHT = 0.15  # above where it stood [m]
 LEFT_TIME = 0.1  # [s]
-
-# Plain numbers: to compare one of numpy's with an enumeration takes as long as all the rest of an update.
-IDLE, DIRECT, ATTITUDE, VELOCITY = int(Level.IDLE), int(Level.DIRECT), int(Level.ATTITUDE), int(Level.VELOCITY)
-RATE = int(Vertical.RATE)
 
 
 class LandedState(IntEnum):
@@ -87,18 +82,18 @@ class LandedDetector:
         self.contact = not airborne
 
     def update(
-        self, view: View, setpoint: np.void, armed: bool, *, taking_off: bool = False, landing: bool = False
+        self, view: View, demand: Demand, armed: bool, *, taking_off: bool = False, landing: bool = False
     ) -> LandedState:
-        """Judge the present moment from what is seen and what is asked for, one SETPOINT (`demand.record[0]`).
+        """Judge the present moment from what is seen and what is asked for.
 
         `taking_off` and `landing` tell what a vehicle in the air is about; they change nothing but the state's name.
         """
-        level = int(setpoint["level"])
+        level = demand.level
         if self.state is LandedState.ON_GROUND:
-            if not self._left(view, armed and level >= DIRECT):
+            if not self._left(view, armed and level >= Level.DIRECT):
                 return self.state
             self.contact = False
-        elif self._comes_down(view, setpoint, level, landing):
+        elif self._comes_down(view, demand, level, landing):
             self.begin(airborne=False)
             return self.state
         self.state = LandedState.TAKEOFF if taking_off else LandedState.LANDING if landing else LandedState.IN_AIR
@@ -112,7 +107,7 @@ class LandedDetector:
         rises = view.vd < -LEFT_CLIMB or view.down < self._ground_down - LEFT_HEIGHT
         return self._rising.held(rises, view.time) >= LEFT_TIME
 
-    def _comes_down(self, view: View, setpoint: np.void, level: int, landing: bool) -> bool:
+    def _comes_down(self, view: View, demand: Demand, level: int, landing: bool) -> bool:
         """Whether a vehicle believed to fly stands on the ground; updates `contact` and the hover thrust."""
         speed = math.hypot(view.vn, view.ve)
         fastest = ROLLING_SPEED if landing else HOVER_SPEED
@@ -122,8 +117,8 @@ class LandedDetector:
                 self._forget()
             return False
         self._slow = True
-        if level == VELOCITY:
-            self._feel(view, setpoint, hovers=speed < HOVER_SPEED)
+        if level == Level.VELOCITY:
+            self._feel(view, demand, hovers=speed < HOVER_SPEED)
         else:
             self.contact = False
         still = (
@@ -132,18 +127,15 @@ class LandedDetector:
             and max(abs(view.p), abs(view.q), abs(view.r)) < STILL_RATE
         )
         stands = self._still.held(still, view.time) >= STILL_TIME
-        powerless = still and self._is_powerless(view, setpoint, level)
+        powerless = still and self._is_powerless(view, demand, level)
         return self._powerless.held(powerless, view.time) >= POWERLESS_TIME and stands
 
-    def _feel(self, view: View, setpoint: np.void, hovers: bool) -> None:
+    def _feel(self, view: View, demand: Demand, hovers: bool) -> None:
         """Update `contact`, and what hover takes."""
-        if int(setpoint["vertical"]) == RATE:
-            rate = float(setpoint["velocity_ned"][2])
-        elif hovers:
-            below = float(setpoint["position_ned"][2]) - view.down
-            rate = float(setpoint["sink_rate"]) if below > DEPTH_ASKED else 0.0
-        else:
-            rate = 0.0  # while it slows down, height is traded for speed: not sinking at once means nothing
+        rate = demand.down_rate
+        if rate is None:
+            # While it slows down, height is traded for speed: not sinking at once means nothing.
+            rate = demand.sink_rate if hovers and demand.down - view.down > DEPTH_ASKED else 0.0
         step = view.time - self._time
         self._time = view.time
         if hovers and not self.contact and abs(view.vd - rate) < HOVER_TRACKING and 0.0 < step < HOVER_SLOWNESS:
@@ -156,16 +148,15 @@ class LandedDetector:
             carried = asked_long and abs(view.vd) < SINKING and view.thrust < CONTACT_THRUST * self.hover_thrust
             self.contact = self._stopped.held(carried, view.time) >= CONTACT_TIME
 
-    def _is_powerless(self, view: View, setpoint: np.void, level: int) -> bool:
+    def _is_powerless(self, view: View, demand: Demand, level: int) -> bool:
         """Whether there is too little thrust to fly."""
         low = LOW_THRUST * self.hover_thrust
-        if level == VELOCITY:
+        if level == Level.VELOCITY:
             return self.contact and view.thrust < low
-        if level == ATTITUDE:
-            return float(setpoint["thrust"]) < low
-        if level == DIRECT:
-            throttles = setpoint["direct"]
-            return max(float(throttles[0]), float(throttles[1])) < low
+        if level == Level.ATTITUDE:
+            return demand.thrust < low
+        if level == Level.DIRECT:
+            return demand.throttle < low
         return True
 
     def _forget(self) -> None:

@@ -1,8 +1,7 @@
 """Taking the thrust away from a vehicle that has touched the ground, in whatever mode it came down."""
 
-import numpy as np
-
-from sitl.control.records import Level, Vertical
+from sitl.control.records import Level
+from sitl.flight.demand import Demand
 from sitl.flight.view import View
 
 __all__ = ["Settling"]
@@ -11,7 +10,7 @@ RAMP = 2.0  # share of the largest thrust taken away per second: firm, yet slow 
 
 
 class Settling:
-    """Lowers the setpoint's thrust limit while the ground carries and the vehicle is still asked to sink.
+    """Lowers the thrust limit of what is asked while the ground carries and the vehicle is still asked to sink.
 
     Without contact, or once it is asked to climb, all thrust is there again at once.
     """
@@ -20,21 +19,20 @@ class Settling:
         self._limit = 1.0
         self._time = 0.0
 
-    def update(self, view: View, contact: bool, setpoint: np.void) -> None:
-        """Judge the SETPOINT just written, and limit its thrust if need be."""
-        if not (contact and _asks_to_sink(view, setpoint)):
+    def update(self, view: View, contact: bool, demand: Demand) -> None:
+        """Judge what has just been asked, and limit its thrust if need be."""
+        if not (contact and _asks_to_sink(view, demand)):
             self._limit = 1.0
             self._time = view.time
             return
         step = min(max(view.time - self._time, 0.0), 0.1)
         self._time = view.time
         self._limit = max(min(self._limit, view.thrust) - RAMP * step, 0.0)
-        setpoint["thrust_limit"] = self._limit
+        demand.limit_thrust(self._limit)
 
 
-def _asks_to_sink(view: View, setpoint: np.void) -> bool:
-    if setpoint["level"] != Level.VELOCITY:
+def _asks_to_sink(view: View, demand: Demand) -> bool:
+    if demand.level != Level.VELOCITY:
         return False
-    if setpoint["vertical"] == Vertical.RATE:
-        return bool(setpoint["velocity_ned"][2] > 0.0)
-    return bool(setpoint["position_ned"][2] > view.down)
+    rate = demand.down_rate
+    return demand.down > view.down if rate is None else rate > 0.0

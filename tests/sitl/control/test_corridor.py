@@ -10,7 +10,7 @@ from sitl.control.corridor import DELAY, RATE, CorridorFlight, analyse_point
 from sitl.control.design import design_for
 from sitl.control.linear import CHART, chart_from_state, linear_plant, state_from_chart
 from sitl.control.report import margin_table, page, write_report
-from sitl.tick import fly
+from sitl.tick import CRAFT, fly
 from vehicle_model.aircraft import load_aircraft
 from vehicle_model.battery import make_battery
 from vehicle_model.wind import make_wind
@@ -31,13 +31,16 @@ def test_what_is_analysed_is_the_tick_that_flies() -> None:
     for flight in (ours, theirs):
         flight.state[:] = state_from_chart(chart_from_state(flight.state) + 0.01)
     ours.fly(ticks)
+    craft = np.zeros(1, CRAFT)
+    for name in ("state", "controls", "following", "vehicle", "environment", "estimate", "memory", "status"):
+        craft[name][0] = getattr(theirs, name)
+    craft["wind"][0], craft["battery"][0] = make_wind(), make_battery(AIRCRAFT.battery)
     assert fly(
-        theirs.state, theirs.controls, theirs.following, theirs.vehicle.copy(), theirs.environment, make_wind(),
-        make_battery(AIRCRAFT.battery), False, theirs.estimate, theirs.setpoint, DESIGN.gains, DESIGN.table,
-        DESIGN.axes, DESIGN.schedule, DESIGN.vehicle, theirs.memory, theirs.status, True, 0.0, 1.0 / RATE, ticks,
+        craft, theirs.setpoint, DESIGN.gains, DESIGN.table, DESIGN.axes, DESIGN.schedule, DESIGN.vehicle,
+        True, False, 0, RATE, ticks,
     )  # fmt: skip
-    np.testing.assert_array_equal(ours.state, theirs.state)
-    np.testing.assert_array_equal(ours.controls, theirs.controls)
+    np.testing.assert_array_equal(ours.state, craft["state"][0])
+    np.testing.assert_array_equal(ours.controls, craft["controls"][0])
 
 
 @pytest.mark.parametrize(("airspeed", "climb"), [(0.0, 2.0), (6.0, 2.0), (20.0, 2.0), (28.0, -2.0)])

@@ -20,8 +20,8 @@ def run(settling, demand, view, seconds, *, contact):
     limits = []
     for _ in range(round(seconds / 0.02)):
         view.time += 0.02
-        demand.record[0]["thrust_limit"] = 1.0  # as every new demand does
-        settling.update(view, contact, demand.record[0])
+        demand.limit_thrust(1.0)  # as every new demand does
+        settling.update(view, contact, demand)
         limits.append(float(demand.record[0]["thrust_limit"]))
         view.thrust = min(view.thrust, limits[-1])
     return limits

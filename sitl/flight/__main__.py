@@ -1,0 +1,40 @@
+"""`python -m sitl.flight` prints the page of all parameters, docs/parameters.md."""
+
+import sys
+
+from sitl.flight.parameter_table import DEFINITIONS, Definition
+
+__all__ = ["page"]
+
+HEAD = """\
+# Parameters
+
+Every parameter of the flight controller, as `python -m sitl.flight` prints them from
+[parameter_table.py](../sitl/flight/parameter_table.py). Where the name is PX4's, meaning, unit and choices are PX4's,
+too; ranges and defaults are those of this aircraft. `TW_` begins what PX4 has no name for.
+
+Set them in a scenario (`[parameters]`, or `do = "parameter NAME VALUE"` in flight), as an argument
+(`Simulation(parameters={"NAME": VALUE})`) or in flight (`flight.parameters.set("NAME", VALUE)`). A value out of its range
+is refused with the range, an unknown name with similar ones. What each does is in [flight.md](flight.md).
+
+| name | meaning | default | range | unit |
+| --- | --- | --- | --- | --- |
+"""
+
+
+def page() -> str:
+    """The page as Markdown: a row for each parameter, by name; choices stand under the meaning, each with its number."""
+    return HEAD + "".join(_row(definition) for definition in DEFINITIONS)
+
+
+def _row(definition: Definition) -> str:
+    meaning, range_ = definition.description, f"{definition.minimum:g} to {definition.maximum:g}"
+    if definition.values is not None:
+        meaning += "".join(f"<br>{number}: {choice}" for number, choice in definition.values.items())
+        range_ = ", ".join(map(str, definition.values))
+    unit = "share" if definition.unit == "1" else definition.unit
+    return f"| `{definition.name}` | {meaning} | {definition.default:g} | {range_} | {unit} |\n"
+
+
+if __name__ == "__main__":
+    sys.stdout.write(page())
