@@ -319,7 +319,7 @@ SEEN_COUNT = 28
 
 @compiled
 def _see(crafts, seen) -> None:
-    """Write into `seen` (27,) what the flight's events see: estimate, status and battery of a CRAFT array (1,)."""
+    """Write into `seen` (28,) what the flight's events see: estimate, status and battery of a CRAFT array (1,)."""
     craft = crafts[0]
     true_estimate(craft.state, craft.vehicle, craft.environment, craft.estimate)
     estimate, status, pack = craft.estimate[0], craft.status[0], craft.battery[0]

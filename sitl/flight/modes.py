@@ -156,23 +156,25 @@ class ReturnMode(Behaviour):
         destination: Callable[[View], Ned],
         tilt_failed: Callable[[], bool],
     ) -> None:
-        """`destination` gives the place to return to and its ground; it and `tilt_failed` are asked at every start."""
+        """`destination` gives the place to return to and its ground; it is asked at every start."""
         self._parameters = parameters
         self._mission = mission
         self._destination = destination
         self._tilt_failed = tilt_failed
         self._return = Return(parameters, demand)
+        self._forced = ForcedLanding(parameters, demand)
         self._land_start: int | None = None
 
     @property
     def landing(self) -> bool:
         """As the base says."""
-        return self._mission.landing if self.own_limits else self._return.landing
+        return self._tilt_failed() or (self._mission.landing if self.own_limits else self._return.landing)
 
     def start(self, view: View, cruise: bool) -> None:  # noqa: ARG002 (the manoeuvre sees for itself)
         """Begin with the climb to the return altitude."""
         north, east, ground_down = self._destination(view)
-        self._return.start(view, (north, east), ground_down, stay_in_hover=self._tilt_failed())
+        self._forced.start(ground_down)
+        self._return.start(view, (north, east), ground_down)
         self.cruise = self._return.cruise
         self.own_limits = False
         self._land_start = self._mission.land_start_index() if self._parameters["RTL_TYPE"] == 2 else None
@@ -180,6 +182,9 @@ class ReturnMode(Behaviour):
     def update(self, view: View, landed_state: LandedState) -> bool:
         """Ask for the next moment; True once the vehicle stands."""
         mission = self._mission
+        if self._tilt_failed():  # such a wing may carry at no speed that reaches home, or stops there: land here
+            self.cruise = False
+            return self._forced.update(view, landed_state)
         if self.own_limits:  # the mission flies the rest
             mission.landed_state = landed_state
             mission.update(view)

@@ -36,15 +36,12 @@ class Return(Manoeuvre):
         self._hold = Hold(parameters, demand)
         self._landing = Landing(parameters, demand)
 
-    def start(self, view: View, place: Place, ground_down: float, *, stay_in_hover: bool = False) -> None:
-        """Begin a return to `place`, whose ground lies at `ground_down` [m, NED down].
-
-        `stay_in_hover` forbids the transition to cruise, as with a tilt that does not move.
-        """
+    def start(self, view: View, place: Place, ground_down: float) -> None:
+        """Begin a return to `place`, whose ground lies at `ground_down` [m, NED down]."""
         self.usual_speeds()
         self.place = place
         self.ground_down = ground_down
-        self._stay_in_hover = stay_in_hover
+        self._stay_in_hover = False
         self._phase = _Phase.CLIMB
         self.cruise = wing_borne(view, self.parameters)
         self._down = min(view.down, ground_down - self.parameters["RTL_RETURN_ALT"])

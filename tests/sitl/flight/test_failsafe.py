@@ -37,14 +37,9 @@ class Vehicle:
         for _ in range(round(seconds / PERIOD)):
             self.view.time += PERIOD
             reaction = self.failsafes.update(
-                self.view,
-                self.links,
-                mode=self.mode,
-                armed=self.armed,
-                on_ground=self.on_ground,
-                breach=self.breach,
-                faults=self.faults,
-            )
+                self.view, self.links, mode=self.mode, armed=self.armed, on_ground=self.on_ground,
+                breach=self.breach, faults=self.faults,
+            )  # fmt: skip
             if reaction is NOTHING:
                 continue
             self.reactions.append((self.view.time, reaction))
