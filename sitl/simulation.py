@@ -348,8 +348,6 @@ class Simulation:
             self._links.setpoint_received = self.time
 
     def _begin_flight(self) -> None:
-        # Until the laws have had their first tick, what the servos are told is what they were told before.
-        self.airframe.status["servo_command"][0] = self.airframe.controls[TILT_COMMAND:]
         self.airframe.look(self._view)
         on_ground = self.airframe.snapshot().on_ground
         self.flight.begin(self._view, airborne=not on_ground, cruise=self._view.airspeed >= WING_BORNE)

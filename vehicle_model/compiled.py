@@ -114,5 +114,5 @@ else:
 
 
 def is_warm(folder: Path | None = CACHE_FOLDER) -> bool:
-    """True when all of a package, by default the core, compiled from exactly these sources, is in its `cache_folder`."""
+    """True when all of a package (the core, if none is said), compiled from just these sources, is in its folder."""
     return folder is not None and (folder / WARM_MARK).exists()

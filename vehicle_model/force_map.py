@@ -11,10 +11,12 @@ import math
 
 import numpy as np
 
+from vehicle_model import force_columns as column
 from vehicle_model.aircraft import Aircraft
 from vehicle_model.authority import speed_at
 from vehicle_model.compiled import compiled, compiled_loop
 from vehicle_model.earth import STANDARD_GRAVITY
+from vehicle_model.force_columns import COLUMNS
 from vehicle_model.loads import describe_parts, vehicle_loads
 from vehicle_model.records import OUTPUTS
 from vehicle_model.state import AILERON_LEFT, AILERON_RIGHT, ELEVATOR, ROTOR_SPEED, STATE_COUNT, TILT
@@ -22,24 +24,6 @@ from vehicle_model.surface import coefficients
 
 __all__ = ["COLUMNS", "SEA_LEVEL_DENSITY", "STALL_MARGIN", "force_grid", "force_map", "stall_speed"]
 
-# What the table holds at each node.
-COLUMNS = (
-    "tilt",  # [rad]
-    "rotor_speed",  # of both wing rotors [rad/s]
-    "flap",  # both ailerons, trailing edge down [rad]
-    "shaft_torque",  # of one wing rotor [N m]
-    "pitch_moment",  # with elevator and tail rotor at rest [N m]
-    "roll_per_rotor",  # moment per (left - right)/2 of the rotor speeds [N m s/rad]
-    "yaw_per_rotor",
-    "roll_per_aileron",  # moment per (left - right)/2 of the ailerons [N m/rad]
-    "yaw_per_aileron",
-    "pitch_per_elevator",  # [N m/rad]
-    "stall_margin",  # least of the strips in the slipstream [rad]
-    "force_forward",  # reached, per mass [m/s^2]
-    "force_down",
-    "roll_per_yaw_rate",  # moment of the faster outer wing in a turn [N m s/rad]
-)
-TILT_COLUMN, SPEED_COLUMN, FLAP_COLUMN = 0, 1, 2
 SEA_LEVEL_DENSITY = 1.225  # of the table [kg/m^3]; at another, the same forces act at the same dynamic pressures
 STALL_MARGIN = math.radians(3.0)  # kept where the force allows
 FLAP_SHARE = 0.8  # of the ailerons' travel that droop may take
@@ -177,11 +161,11 @@ def describe(craft, u, w, x, tail_arm, state, controls, out, node) -> None:
     fx, fz, my, margin = point_loads(craft, u, w, x, state, controls, out)
     for k in range(UNKNOWNS):
         node[k] = x[k]
-    node[3] = out.shaft_torque[0]
-    node[4] = my
-    node[10] = margin
-    node[11] = fx / craft.mass
-    node[12] = (fz - my / tail_arm) / craft.mass
+    node[column.SHAFT_TORQUE] = out.shaft_torque[0]
+    node[column.PITCH_MOMENT] = my
+    node[column.STALL_MARGIN] = margin
+    node[column.FORCE_FORWARD] = fx / craft.mass
+    node[column.FORCE_DOWN] = (fz - my / tail_arm) / craft.mass
     speed_step = 0.01 * x[1]
     air, still = (u, 0.0, w), (0.0, 0.0, 0.0)
     # Ends of the differences: rotors apart, ailerons apart, elevator.
@@ -208,13 +192,13 @@ def describe(craft, u, w, x, tail_arm, state, controls, out, node) -> None:
             pitch += side * m / (2.0 * step)
             yaw += side * mz / (2.0 * step)
         if k < 2:
-            node[5 + 2 * k] = roll
-            node[6 + 2 * k] = yaw
+            node[column.ROLL_PER_ROTOR + 2 * k] = roll
+            node[column.YAW_PER_ROTOR + 2 * k] = yaw
         else:
-            node[9] = pitch
+            node[column.PITCH_PER_ELEVATOR] = pitch
     point_loads(craft, u, w, x, state, controls, out)
     _, _, _, mx, _, _ = vehicle_loads(state, controls, craft, air, (0.0, 0.0, TURN_STEP), 0.0, SEA_LEVEL_DENSITY, out)
-    node[13] = mx / TURN_STEP
+    node[column.ROLL_PER_YAW_RATE] = mx / TURN_STEP
 
 
 @compiled_loop

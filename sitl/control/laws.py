@@ -23,7 +23,7 @@ from sitl.control.design_names import (
     YAW_RATE_GAIN,
 )
 from sitl.control.lookup import map_lookup, schedule_lookup
-from sitl.control.records import Horizontal, Level, Yaw
+from sitl.control.records import Level, Yaw
 from sitl.control.translation import (
     STANDARD_GRAVITY,
     acceleration_demand,
@@ -31,17 +31,18 @@ from sitl.control.translation import (
     integrate_velocity,
     limited,
 )
+from vehicle_model import force_columns as column
 from vehicle_model.compiled import compiled
 from vehicle_model.force_map import SEA_LEVEL_DENSITY
 from vehicle_model.motor import servo_rate, throttle_for
-from vehicle_model.rotation import ned_to_body
+from vehicle_model.rotation import Vector, ned_to_body
 
 __all__ = ["control_step"]
 
 OFF, IDLE, DIRECT, ATTITUDE, VELOCITY = (int(level) for level in Level)
 HEADING, RATE, COURSE, WEATHERVANE = (int(yaw) for yaw in Yaw)
-POINT = int(Horizontal.POINT)
 
+STEEPEST_COSINE = 0.5  # of the bank beyond which lift no longer makes up for it
 STRONGEST_FORCE = -2.0  # demand down the body, per mass, kept from falling to weightlessness [m/s^2]
 SLOW_AIRFLOW = 3.0  # below it the airflow gives the nose no direction [m/s]
 SLOW_COURSE = 1.5  # below it neither the ground track nor the wind does [m/s]
@@ -135,6 +136,103 @@ def rotor_throttle(estimate, craft, index: int, wanted: float, torque: float, la
 
 
 @compiled
+def rest(setpoint, gains, memory, status, controls) -> None:
+    """Controls where no loop is closed: the setpoint's own, or motors off and the wing as for hover."""
+    memory.sequence = -1.0
+    for k in range(7):
+        controls[k] = setpoint.direct[k] if setpoint.level == DIRECT else 0.0
+    if setpoint.level == OFF:
+        controls[3] = gains.hover_tilt
+    status.thrust = 0.0
+    for k in range(3):
+        status.rotor_speed_command[k] = 0.0
+
+
+@compiled
+def feel_airflow(estimate, gains, memory, dt: float) -> tuple[float, float]:
+    """Airflow forward and from the right [m/s]; the memory gets that forward and down the body, filtered."""
+    wind, velocity, attitude = estimate.wind_ned, estimate.velocity_ned, estimate.quaternion
+    u, v, w = ned_to_body(
+        attitude[0], attitude[1], attitude[2], attitude[3],
+        velocity[0] - wind[0], velocity[1] - wind[1], velocity[2] - wind[2],
+    )  # fmt: skip
+    if memory.sequence == -1.0:
+        memory.airflow[0], memory.airflow[1] = u, w
+    memory.airflow[0] += dt / (gains.airflow_filter + dt) * (u - memory.airflow[0])
+    memory.airflow[1] += dt / (gains.upwash_filter + dt) * (w - memory.airflow[1])
+    return u, v
+
+
+@compiled
+def follow_velocity(
+    estimate, setpoint, gains, row, schedule, axes, memory, status, blend: float, u: float, v: float, thin: float, dt
+):
+    """Force, attitude and turn that bring the velocity to what guidance asks for.
+
+    Returns the force forward and down the heading's axes per mass [m/s^2], how far the force to the right falls short
+    of what was asked, the roll and pitch wanted [rad] and the rate of the heading [rad/s].
+    """
+    feed = advance_reference(
+        estimate, setpoint, gains, row, schedule[:, BRAKE], axes[0, 0], axes[0, 1], memory.airflow[0] * thin, memory, dt
+    )
+    forward, right, down = acceleration_demand(estimate, row, memory, feed[0], feed[1], feed[2])
+    lift = min(down - STANDARD_GRAVITY, STRONGEST_FORCE)
+    steepest = math.tan(setpoint.max_bank)
+    lean = limited(right / -lift, -steepest, steepest)
+    climb = math.atan2(-memory.velocity_reference_ned[2], max(u, gains.wing_borne_from))
+    turn = turn_demand(estimate, setpoint, gains, memory, blend, u, v)
+    for k in range(3):
+        status.velocity_reference_ned[k] = memory.velocity_reference_ned[k]
+    return forward, lift, -lift * lean - right, math.atan(lean), blend * climb, turn
+
+
+@compiled
+def collective_speed(setpoint, gains, map_speed: float) -> tuple[float, float]:
+    """Speed asked of both wing rotors, and the highest allowed [rad/s]; `map_speed` is what the force takes."""
+    fastest = FASTEST_LIMIT * gains.top_speed * math.sqrt(limited(setpoint.thrust_limit, 0.0, 1.0))
+    fastest = max(fastest, gains.idle_speed)
+    collective = map_speed
+    if setpoint.level == ATTITUDE:
+        collective = gains.top_speed * math.sqrt(limited(setpoint.thrust, 0.0, 1.0))
+    elif setpoint.level == IDLE:
+        collective = gains.idle_speed
+    return limited(collective, gains.idle_speed, fastest), fastest
+
+
+@compiled
+def shortfall(estimate, memory, node, force_x: float, force_z: float, turned: float, share: float):
+    """Force forward and down the heading's axes per mass [m/s^2] that is had beyond what is asked for.
+
+    `turned` is the angle by which a stuck wing keeps the force from where it is asked [rad], `share` the part of the
+    rotors' force that their limit leaves.
+    """
+    roll, pitch = estimate.euler[0], estimate.euler[1]
+    lack_x = node[column.FORCE_FORWARD] - force_x - memory.tilt_fault * force_z * turned
+    lack_z = (node[column.FORCE_DOWN] - force_z) * math.cos(roll) - (1.0 - share) * force_z
+    cosine, sine = math.cos(pitch), math.sin(pitch)
+    return lack_x * cosine + lack_z * sine, lack_z * cosine - lack_x * sine
+
+
+@compiled
+def moments(estimate, craft, row, memory, node, wanted: Vector, thin: float, dt: float) -> Vector:
+    """Moments [N m] that the actuators should make for the body rates wanted [rad/s], and the rate loops' integrals."""
+    rates, integral = estimate.rates, memory.rate_integral
+    gain = (row[ROLL_RATE_GAIN], row[PITCH_RATE_GAIN], row[YAW_RATE_GAIN])
+    for k in range(3):
+        step = row[RATE_INTEGRAL_SHARE] * gain[k] * gain[k] * (wanted[k] - rates[k]) * dt
+        integral[k] = limited(integral[k] + step, -RATE_INTEGRAL_LIMIT[k], RATE_INTEGRAL_LIMIT[k])
+    mx, my, mz = moment_demand(
+        craft, rates,
+        (
+            gain[0] * (wanted[0] - rates[0]) + integral[0],
+            gain[1] * (wanted[1] - rates[1]) + integral[1],
+            gain[2] * (wanted[2] - rates[2]) + integral[2],
+        ),
+    )  # fmt: skip
+    return mx - node[column.ROLL_PER_YAW_RATE] * thin * rates[2], my - node[column.PITCH_MOMENT], mz
+
+
+@compiled
 def control_step(estimates, setpoints, gain_records, table, axes, schedule, vehicle, memories, statuses, controls, dt):
     """One tick of `dt` seconds: writes the controls (7,), the MEMORY and the STATUS records.
 
@@ -148,149 +246,81 @@ def control_step(estimates, setpoints, gain_records, table, axes, schedule, vehi
     watch_tilt(estimate, craft, memory, status.servo_command[0], dt)
     status.tilt_fault = memory.tilt_fault
     if level in (DIRECT, OFF):
-        memory.sequence = -1.0
-        for k in range(7):
-            controls[k] = setpoint.direct[k] if level == DIRECT else 0.0
-        if level == OFF:
-            controls[3] = gains.hover_tilt
-        status.thrust = 0.0
+        rest(setpoint, gains, memory, status, controls)
         for k in range(4):
             status.servo_command[k] = controls[3 + k]
-        for k in range(3):
-            status.rotor_speed_command[k] = 0.0
         return
 
-    # Airflow, and its equivalent at sea level, where the map is at home.
-    wind, velocity, attitude = estimate.wind_ned, estimate.velocity_ned, estimate.quaternion
-    u, v, w = ned_to_body(
-        attitude[0], attitude[1], attitude[2], attitude[3],
-        velocity[0] - wind[0], velocity[1] - wind[1], velocity[2] - wind[2],
-    )  # fmt: skip
-    thin = math.sqrt(estimate.density / SEA_LEVEL_DENSITY)
-    if memory.sequence == -1.0:
-        memory.airflow[0], memory.airflow[1] = u, w
+    u, v = feel_airflow(estimate, gains, memory, dt)
     restart(estimate, setpoint, memory)
-    memory.airflow[0] += dt / (gains.airflow_filter + dt) * (u - memory.airflow[0])
-    memory.airflow[1] += dt / (gains.upwash_filter + dt) * (w - memory.airflow[1])
+    # The map is at home at sea level: at another density the same forces act at the same dynamic pressure.
+    thin = math.sqrt(estimate.density / SEA_LEVEL_DENSITY)
     flow_u, flow_w = memory.airflow[0] * thin, memory.airflow[1] * thin
-    row = status.schedule
+    row, node = status.schedule, status.node
     schedule_lookup(schedule, axes, flow_u, row)
     blend = limited((flow_u - gains.wing_borne_from) / (gains.wing_borne_at - gains.wing_borne_from), 0.0, 1.0)
     roll, pitch = estimate.euler[0], estimate.euler[1]
 
-    # Force in the plane of symmetry, attitude, turn.
-    node = status.node
-    forward = right = 0.0
+    forward, lift, lack_right = 0.0, -STANDARD_GRAVITY, 0.0
+    roll_wanted, pitch_wanted, turn = setpoint.roll, setpoint.pitch, setpoint.yaw_rate
     if level == VELOCITY:
-        feed = advance_reference(
-            estimate, setpoint, gains, row, schedule[:, BRAKE], axes[0, 0], axes[0, 1], flow_u, memory, dt
+        forward, lift, lack_right, roll_wanted, pitch_wanted, turn = follow_velocity(
+            estimate, setpoint, gains, row, schedule, axes, memory, status, blend, u, v, thin, dt
         )
-        forward, right, down = acceleration_demand(estimate, row, memory, feed[0], feed[1], feed[2])
-        lift = min(down - STANDARD_GRAVITY, STRONGEST_FORCE)  # force down, per mass
-        steepest = math.tan(setpoint.max_bank)
-        lean = limited(right / -lift, -steepest, steepest)
-        roll_wanted = math.atan(lean)
-        climb = math.atan2(-memory.velocity_reference_ned[2], max(u, gains.wing_borne_from))
-        pitch_wanted = blend * climb
-        turn = turn_demand(estimate, setpoint, gains, memory, blend, u, v)
-    else:
-        down, lean = 0.0, 0.0
-        lift = -STANDARD_GRAVITY
-        roll_wanted, pitch_wanted = setpoint.roll, setpoint.pitch
-        turn = setpoint.yaw_rate
-        if level == IDLE:
-            roll_wanted, pitch_wanted, turn = roll, pitch, 0.0
+
+    # Force in the plane of symmetry, by wing tilt, rotor speed and flap; a wing that is stuck is inclined by the body.
     cosine, sine = math.cos(pitch), math.sin(pitch)
     force_x = forward * cosine - lift * sine
-    force_z = (forward * sine + lift * cosine) / max(math.cos(roll), 0.5)
-    memory.force_demand[0], memory.force_demand[1] = force_x, force_z
+    force_z = (forward * sine + lift * cosine) / max(math.cos(roll), STEEPEST_COSINE)
     map_lookup(table, axes, flow_u, flow_w, force_x, force_z, node)
-    tilt, map_speed, flap, torque = node[0], node[1] / thin, node[2], node[3]
+    tilt, map_speed = node[column.TILT], node[column.ROTOR_SPEED] / thin
+    if level == ATTITUDE and not math.isnan(setpoint.tilt):
+        tilt = setpoint.tilt
+    collective, fastest = collective_speed(setpoint, gains, map_speed)
     if level == VELOCITY:
-        # A wing that cannot tilt is inclined by the fuselage.
         leaning = limited(pitch + tilt - estimate.servo[0], -STUCK_PITCH, STUCK_PITCH)
         pitch_wanted += memory.tilt_fault * (leaning - pitch_wanted)
-    collective = map_speed
-    fastest = FASTEST_LIMIT * gains.top_speed
-    if level == ATTITUDE:
-        collective = gains.top_speed * math.sqrt(limited(setpoint.thrust, 0.0, 1.0))
-        if not math.isnan(setpoint.tilt):
-            tilt = setpoint.tilt
-    fastest *= math.sqrt(limited(setpoint.thrust_limit, 0.0, 1.0))
-    fastest = max(fastest, gains.idle_speed)
-    if level == IDLE:
-        collective = gains.idle_speed
-    collective = limited(collective, gains.idle_speed, fastest)
-    if level == VELOCITY:
-        bank_lift = lift / max(math.cos(roll), 0.5)
-        reached_x, reached_z = node[11] - force_x, (node[12] - force_z) * math.cos(roll)
-        if collective < map_speed:
-            reached_z += (1.0 - (collective / map_speed) ** 2) * -bank_lift
-        # With the wing at another tilt than asked for the force points elsewhere, by about that angle.
-        reached_x -= memory.tilt_fault * force_z * (tilt - pitch_wanted - estimate.servo[0] + pitch)
-        integrate_velocity(
-            estimate, setpoint, row, memory,
-            reached_x * cosine + reached_z * sine, -lift * lean - right, reached_z * cosine - reached_x * sine, dt,
-        )  # fmt: skip
+        turned = tilt - pitch_wanted - estimate.servo[0] + pitch
+        share = min((collective / map_speed) ** 2, 1.0)
+        lack_forward, lack_down = shortfall(estimate, memory, node, force_x, force_z, turned, share)
+        integrate_velocity(estimate, setpoint, row, memory, lack_forward, lack_right, lack_down, dt)
 
-    # Moments.
-    rates = estimate.rates
-    wanted = rate_demand(
-        estimate, roll_wanted, pitch_wanted, turn, row[ROLL_GAIN], row[PITCH_GAIN], gains.max_roll_rate
-    )
-    integral = memory.rate_integral
+    # Moments, and who makes them.
+    mx = my = mz = 0.0
     if level == IDLE:
         for k in range(3):
-            integral[k] = 0.0
-    gain = (row[ROLL_RATE_GAIN], row[PITCH_RATE_GAIN], row[YAW_RATE_GAIN])
-    for k in range(3):
-        error = wanted[k] - rates[k]
-        if level != IDLE:
-            step = row[RATE_INTEGRAL_SHARE] * gain[k] * gain[k] * error * dt
-            integral[k] = limited(integral[k] + step, -RATE_INTEGRAL_LIMIT[k], RATE_INTEGRAL_LIMIT[k])
-    mx, my, mz = moment_demand(
-        craft, rates,
-        (
-            gain[0] * (wanted[0] - rates[0]) + integral[0],
-            gain[1] * (wanted[1] - rates[1]) + integral[1],
-            gain[2] * (wanted[2] - rates[2]) + integral[2],
-        ),
-    )  # fmt: skip
-    my -= node[4]
-    mx -= node[13] * thin * rates[2]
-    if level == IDLE:
-        mx = my = mz = 0.0
-
-    # Actuators.
+            memory.rate_integral[k] = 0.0
+    else:
+        wanted = rate_demand(
+            estimate, roll_wanted, pitch_wanted, turn, row[ROLL_GAIN], row[PITCH_GAIN], gains.max_roll_rate
+        )
+        mx, my, mz = moments(estimate, craft, row, memory, node, wanted, thin, dt)
     aileron_limit = craft.servos[1].maximum
     rotor, aileron, collective = apart(
-        mx, mz, node[5] * thin, node[6] * thin, node[7], node[8], collective, gains.idle_speed, fastest, aileron_limit
-    )
-    flap = min(flap, aileron_limit - abs(aileron))
+        mx, mz, node[column.ROLL_PER_ROTOR] * thin, node[column.YAW_PER_ROTOR] * thin, node[column.ROLL_PER_AILERON],
+        node[column.YAW_PER_AILERON], collective, gains.idle_speed, fastest, aileron_limit,
+    )  # fmt: skip
+    flap = min(node[column.FLAP], aileron_limit - abs(aileron))
     elevator, tail_thrust = pitch_share(
-        my, node[9], craft.servos[3].maximum, gains.tail_arm, gains.tail_top_thrust, gains.elevator_preference
-    )
+        my, node[column.PITCH_PER_ELEVATOR], craft.servos[3].maximum, gains.tail_arm, gains.tail_top_thrust,
+        gains.elevator_preference,
+    )  # fmt: skip
     tail = math.copysign(math.sqrt(abs(tail_thrust) / (gains.tail_thrust_factor * thin * thin)), tail_thrust)
-    left, right_speed = collective + rotor, collective - rotor
+
     # The torque a propeller takes goes with the square of its speed.
-    lag, idle = gains.rotor_lag, gains.idle_speed
-    controls[0] = rotor_throttle(estimate, craft, 0, left, torque * (left / map_speed) ** 2, lag, idle)
-    controls[1] = rotor_throttle(estimate, craft, 1, right_speed, torque * (right_speed / map_speed) ** 2, lag, idle)
+    left, right = collective + rotor, collective - rotor
+    torque, lag, idle = node[column.SHAFT_TORQUE] / (map_speed * map_speed), gains.rotor_lag, gains.idle_speed
+    controls[0] = rotor_throttle(estimate, craft, 0, left, torque * left * left, lag, idle)
+    controls[1] = rotor_throttle(estimate, craft, 1, right, torque * right * right, lag, idle)
     controls[2] = rotor_throttle(estimate, craft, 2, tail, gains.tail_torque_factor * tail * abs(tail), lag, idle)
-    controls[3] = tilt
-    controls[4] = flap + aileron
-    controls[5] = flap - aileron
-    controls[6] = elevator
+    controls[3], controls[4], controls[5], controls[6] = tilt, flap + aileron, flap - aileron, elevator
 
     status.thrust = (collective / gains.top_speed) ** 2
     status.attitude_reference[0], status.attitude_reference[1] = roll_wanted, pitch_wanted
     status.attitude_reference[2] = memory.heading_reference
     status.force_demand[0], status.force_demand[1] = force_x, force_z
     status.airflow_forward = u
-    for k in range(3):
-        status.velocity_reference_ned[k] = memory.velocity_reference_ned[k]
     for k in range(4):
         status.servo_command[k] = controls[3 + k]
-    status.rotor_speed_command[0] = left
-    status.rotor_speed_command[1] = right_speed
+    status.rotor_speed_command[0], status.rotor_speed_command[1] = left, right
     status.rotor_speed_command[2] = tail

@@ -125,7 +125,6 @@ MEMORY = np.dtype(
         ("velocity_integral_ned", _f, (3,)),  # [m/s^2]
         ("heading_reference", _f),  # [rad]
         ("rate_integral", _f, (3,)),  # [rad/s^2]
-        ("force_demand", _f, (2,)),  # forward and down the body, per mass, as filtered [m/s^2]
         ("airflow", _f, (2,)),  # forward and down the body, as filtered [m/s]
         ("tilt_expected", _f),  # where the tilt drive would be if it were sound [rad]
         ("tilt_stuck_at", _f),  # where it was seen not to follow [rad]

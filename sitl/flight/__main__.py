@@ -14,8 +14,8 @@ Every parameter of the flight controller, as `python -m sitl.flight` prints them
 too; ranges and defaults are those of this aircraft. `TW_` begins what PX4 has no name for.
 
 Set them in a scenario (`[parameters]`, or `do = "parameter NAME VALUE"` in flight), as an argument
-(`Simulation(parameters={"NAME": VALUE})`) or in flight (`flight.parameters.set("NAME", VALUE)`). A value out of its range
-is refused with the range, an unknown name with similar ones. What each does is in [flight.md](flight.md).
+(`Simulation(parameters={"NAME": VALUE})`) or in flight (`flight.parameters.set("NAME", VALUE)`). A value out of its
+range is refused with the range, an unknown name with similar ones. What each does is in [flight.md](flight.md).
 
 | name | meaning | default | range | unit |
 | --- | --- | --- | --- | --- |
@@ -23,7 +23,7 @@ is refused with the range, an unknown name with similar ones. What each does is 
 
 
 def page() -> str:
-    """The page as Markdown: a row for each parameter, by name; choices stand under the meaning, each with its number."""
+    """The page as Markdown: a row for each parameter, by name; choices stand under the meaning with their numbers."""
     return HEAD + "".join(_row(definition) for definition in DEFINITIONS)
 
 
