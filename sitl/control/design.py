@@ -142,7 +142,7 @@ def _gains(aircraft: Aircraft, lag: float) -> np.ndarray:
     vehicle = aircraft.vehicle
     craft = vehicle[0]
     top = speed_at(aircraft, 0, 1.0)
-    top_thrust, _ = _static(vehicle, 0, top)
+    _, top_torque = _static(vehicle, 0, top)
     tail_top = speed_at(aircraft, 2, 0.9)
     tail_thrust, tail_torque = _static(vehicle, 2, tail_top)
     stall = stall_speed(aircraft)
@@ -168,11 +168,11 @@ def _gains(aircraft: Aircraft, lag: float) -> np.ndarray:
         "upwash_filter": 0.5,
         "idle_speed": 0.15 * top,
         "top_speed": top,
+        "torque_factor": top_torque / top**2,
         "tail_thrust_factor": tail_thrust / tail_top**2,
         "tail_torque_factor": tail_torque / tail_top**2,
         "tail_top_thrust": tail_thrust,
         "tail_arm": -float(craft["rotors"]["position"][2, 0]),
-        "top_force": 2.0 * top_thrust / float(craft["mass"]),
         "hover_tilt": min(math.radians(90.0), float(craft["servos"]["maximum"][0])),
     }
     for name, value in values.items():

@@ -307,12 +307,14 @@ def control_step(estimates, setpoints, gain_records, table, axes, schedule, vehi
     )  # fmt: skip
     tail = math.copysign(math.sqrt(abs(tail_thrust) / (gains.tail_thrust_factor * thin * thin)), tail_thrust)
 
-    # The torque a propeller takes goes with the square of its speed.
-    left, right = collective + rotor, collective - rotor
-    torque, lag, idle = node[column.SHAFT_TORQUE] / (map_speed * map_speed), gains.rotor_lag, gains.idle_speed
-    controls[0] = rotor_throttle(estimate, craft, 0, left, torque * left * left, lag, idle)
-    controls[1] = rotor_throttle(estimate, craft, 1, right, torque * right * right, lag, idle)
-    controls[2] = rotor_throttle(estimate, craft, 2, tail, gains.tail_torque_factor * tail * abs(tail), lag, idle)
+    # A propeller's torque coefficient falls with the advance ratio, so its torque at another speed in the same flow is
+    # a parabola through none at rest and what the map says.
+    left, right, tail_torque = collective + rotor, collective - rotor, gains.tail_torque_factor * thin * thin
+    lag, idle, at_rest = gains.rotor_lag, gains.idle_speed, gains.torque_factor * thin * thin
+    relief = node[column.SHAFT_TORQUE] / map_speed - at_rest * map_speed
+    controls[0] = rotor_throttle(estimate, craft, 0, left, (at_rest * left + relief) * left, lag, idle)
+    controls[1] = rotor_throttle(estimate, craft, 1, right, (at_rest * right + relief) * right, lag, idle)
+    controls[2] = rotor_throttle(estimate, craft, 2, tail, tail_torque * tail * abs(tail), lag, idle)
     controls[3], controls[4], controls[5], controls[6] = tilt, flap + aileron, flap - aileron, elevator
 
     status.thrust = (collective / gains.top_speed) ** 2

@@ -155,11 +155,11 @@ GAINS = np.dtype(
         ("upwash_filter", _f),  # and of that down the body: what the wing gives way to gusts, heave damping keeps [s]
         ("idle_speed", _f),  # of the wing rotors [rad/s]
         ("top_speed", _f),  # of the wing rotors at full throttle [rad/s]
+        ("torque_factor", _f),  # of the wing rotors: torque per speed |speed| at rest at sea level [N m s^2/rad^2]
         ("tail_thrust_factor", _f),  # thrust per speed |speed| of the tail rotor [N s^2/rad^2]
         ("tail_torque_factor", _f),
         ("tail_top_thrust", _f),  # [N]
         ("tail_arm", _f),  # of the tail rotor behind the centre of mass [m]
-        ("top_force", _f),  # collective force of the wing's rotors at full throttle, at rest, per mass [m/s^2]
         ("hover_tilt", _f),  # [rad]
     ],
     align=True,
