@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sitl.control.design import Design
-from sitl.control.records import SETPOINT
+from sitl.control.records import NO_LEVEL, SETPOINT
 from sitl.control.truth import true_estimate
 from sitl.snapshot import Snapshot
 from sitl.tick import BEYOND, CRAFT, fly
@@ -30,6 +30,7 @@ from vehicle_model.state import (
     STATE_COUNT,
     STATE_NAMES,
     TILT,
+    TILT_COMMAND,
     VELOCITY,
 )
 from vehicle_model.wind import make_wind
@@ -41,8 +42,6 @@ if TYPE_CHECKING:
     from vehicle_model.aircraft import Aircraft
 
 __all__ = ["Airframe", "FlightDivergedError"]
-
-TILT_COMMAND = 3  # of the controls; the aileron and elevator commands follow
 
 
 class FlightDivergedError(ArithmeticError):
@@ -140,9 +139,7 @@ class Airframe:
         self._controls[:] = _finite(controls, CONTROL_NAMES, "controls")
         self._following[:] = self._controls
         # Whatever the laws remember is of another flight; what the servos were told last is this.
-        self._memory[:] = 0.0
-        self._memory["sequence"] = -1.0
-        self._memory["tilt_expected"] = self._state[TILT]
+        self._memory["level"] = NO_LEVEL
         self.status["servo_command"][0] = self._controls[TILT_COMMAND:]
 
     def reset(self, state: "ArrayLike", controls: "ArrayLike") -> None:

@@ -6,21 +6,13 @@ does per unit comes from differentiating the model (`vehicle_model.force_map`). 
 collective thrust, then yaw.
 """
 
-import math
 
 from vehicle_model.compiled import compiled
 
 __all__ = ["apart", "pitch_share"]
 
-
-@compiled
-def reach(at_rest: float, change: float, limit: float) -> float:
-    """Largest share 0..1 of `change` that keeps |at_rest + share change| within the limit; 0 if it is beyond it now."""
-    if abs(at_rest + change) <= limit:
-        return 1.0
-    if abs(at_rest) >= limit or change == 0.0:
-        return 0.0
-    return (math.copysign(limit, change) - at_rest) / change
+ROLL_WEIGHT = 1e4  # of an error in roll squared, over one in yaw: roll before yaw
+LEAST_MOMENT = 0.3  # that the whole travel of a pair must be worth to be used for it [N m]
 
 
 @compiled
@@ -30,27 +22,47 @@ def apart(
 ) -> tuple[float, float, float]:  # fmt: skip
     """Rotor speeds apart (left - right)/2 [rad/s], ailerons apart (left - right)/2 [rad], collective speed [rad/s].
 
-    Moments in N m, effectiveness as in the force map, speeds in rad/s. First yaw is given up as far as needed, then
-    the collective moves to make room for roll, then what is left is limited.
+    Moments in N m, effectiveness as in the force map, speeds in rad/s. The collective moves to make room for the roll
+    moment, not for yaw. Within the limits that are left the two pairs make the least weighted error of both moments,
+    plus a little for their use: so a pair that hardly yaws, as propellers that windmill, is not driven to its end for
+    nothing. That sum is convex: where its least lies outside the limits, the best has one pair at its own.
     """
-    determinant = roll_per_rotor * yaw_per_aileron - yaw_per_rotor * roll_per_aileron
-    rotor_for_roll = yaw_per_aileron * roll / determinant
-    aileron_for_roll = -yaw_per_rotor * roll / determinant
-    rotor_for_yaw = -roll_per_aileron * yaw / determinant
-    aileron_for_yaw = roll_per_rotor * yaw / determinant
+    widest = max(0.5 * (fastest - slowest), 1.0)  # none is left where the thrust is taken away
+    use_rotor, use_aileron = LEAST_MOMENT / widest, LEAST_MOMENT / aileron_limit
+    rr = ROLL_WEIGHT * roll_per_rotor * roll_per_rotor + yaw_per_rotor * yaw_per_rotor + use_rotor * use_rotor
+    aa = ROLL_WEIGHT * roll_per_aileron * roll_per_aileron + yaw_per_aileron * yaw_per_aileron
+    aa += use_aileron * use_aileron
+    ra = ROLL_WEIGHT * roll_per_rotor * roll_per_aileron + yaw_per_rotor * yaw_per_aileron
+    determinant = rr * aa - ra * ra
+    # What roll alone takes of the rotors decides about the collective.
+    wants_rotor, wants_aileron = ROLL_WEIGHT * roll_per_rotor * roll, ROLL_WEIGHT * roll_per_aileron * roll
+    for_roll = min(abs(aa * wants_rotor - ra * wants_aileron) / determinant, 0.5 * (fastest - slowest))
+    collective = min(max(collective, slowest + for_roll), fastest - for_roll)
     room = max(min(fastest - collective, collective - slowest), 0.0)
-    share = min(reach(rotor_for_roll, rotor_for_yaw, room), reach(aileron_for_roll, aileron_for_yaw, aileron_limit))
-    rotor = rotor_for_roll + share * rotor_for_yaw
-    aileron = aileron_for_roll + share * aileron_for_yaw
-    if abs(aileron) > aileron_limit:
-        # Roll alone asks for more than the ailerons have: they stay at the limit and the rotors roll on, yaw or not.
-        aileron = math.copysign(aileron_limit, aileron)
-        if abs(roll_per_rotor) > 0.1 * abs(yaw_per_rotor):
-            rotor = (roll - roll_per_aileron * aileron) / roll_per_rotor
-    widest = 0.5 * (fastest - slowest)
-    rotor = min(max(rotor, -widest), widest)
-    collective = min(max(collective, slowest + abs(rotor)), fastest - abs(rotor))
-    return rotor, aileron, collective
+
+    wants_rotor += yaw_per_rotor * yaw
+    wants_aileron += yaw_per_aileron * yaw
+    rotor = (aa * wants_rotor - ra * wants_aileron) / determinant
+    aileron = (rr * wants_aileron - ra * wants_rotor) / determinant
+    if abs(rotor) <= room and abs(aileron) <= aileron_limit:
+        return rotor, aileron, collective
+    most = limited(rotor, room)
+    rest = limited((wants_aileron - ra * most) / aa, aileron_limit)
+    other = limited(aileron, aileron_limit)
+    turned = limited((wants_rotor - ra * other) / rr, room)
+    cost = rr * most * most + 2.0 * ra * most * rest + aa * rest * rest
+    cost -= 2.0 * (wants_rotor * most + wants_aileron * rest)
+    cost_turned = rr * turned * turned + 2.0 * ra * turned * other + aa * other * other
+    cost_turned -= 2.0 * (wants_rotor * turned + wants_aileron * other)
+    if cost <= cost_turned:
+        return most, rest, collective
+    return turned, other, collective
+
+
+@compiled
+def limited(value: float, limit: float) -> float:
+    """Value within +-limit."""
+    return min(max(value, -limit), limit)
 
 
 @compiled

@@ -13,6 +13,7 @@ import numpy as np
 from sitl.control.design import Design
 from sitl.control.laws import control_step
 from sitl.control.linear import (
+    AIRFLOW,
     CHART,
     ClosedLoop,
     LinearSystem,
@@ -24,7 +25,7 @@ from sitl.control.linear import (
     margins_of,
 )
 from sitl.control.margins import Margins
-from sitl.control.records import ESTIMATE, MEMORY, SETPOINT, STATUS, Horizontal, Level, Vertical, Yaw
+from sitl.control.records import ESTIMATE, MEMORY, NO_LEVEL, SETPOINT, STATUS, Horizontal, Level, Vertical, Yaw
 from sitl.control.truth import true_estimate
 from vehicle_model.aircraft import Aircraft
 from vehicle_model.compiled import compiled_loop
@@ -49,7 +50,7 @@ FAR = 1e5  # ends of legs [m]
 WING_BORNE = 15.0  # flown with `cruise` from this airspeed on [m/s]
 
 # What the laws read, as the plant's coordinates name it, and what they remember.
-READS = (*CHART, "airspeed")
+READS = (*CHART, *AIRFLOW)
 MEMORIES = tuple(f"{name}{i}" for name in MEMORY.names or () for i in range(np.zeros(1, MEMORY)[name][0].size))
 MEMORY_STEP = 1e-4  # m/s, m/s^2, rad, N
 
@@ -100,9 +101,8 @@ class CorridorFlight:
         self.vehicle, self.design, self.environment = aircraft.vehicle, design, still_air()
         self.estimate, self.setpoint = np.zeros(1, ESTIMATE), np.zeros(1, SETPOINT)
         self.memory, self.status = np.zeros(1, MEMORY), np.zeros(1, STATUS)
-        self.memory["sequence"] = -1.0
+        self.memory["level"] = NO_LEVEL
         trim = trim_level(aircraft, airspeed)
-        self.memory["tilt_expected"] = self.status["servo_command"][0, 0] = trim.tilt
         self.state, self.controls, self.following = trim.state.copy(), trim.controls.copy(), trim.controls.copy()
         task = self.setpoint[0]
         task["level"], task["yaw"], task["thrust_limit"] = Level.VELOCITY, Yaw.COURSE, 1.0
@@ -135,9 +135,9 @@ class CorridorFlight:
         estimate, memory, design = self.estimate.copy(), self.memory.copy(), self.design
         controls = np.empty(CONTROL_COUNT)
         remembered = memory.view(np.float64)
-        steps = np.concatenate([np.full(len(MEMORIES), MEMORY_STEP), chart_steps(), [MEMORY_STEP]])
-        # The number of the task is a name, not a quantity.
-        moving = np.array([not name.startswith("sequence") for name in (*MEMORIES, *READS)])
+        steps = np.concatenate([np.full(len(MEMORIES), MEMORY_STEP), chart_steps(), np.full(len(AIRFLOW), MEMORY_STEP)])
+        # The level is a name, not a quantity.
+        moving = np.array([not name.startswith("level") for name in (*MEMORIES, *READS)])
 
         def tick(moved: np.ndarray) -> np.ndarray:
             z = at.copy()
@@ -150,7 +150,8 @@ class CorridorFlight:
             )  # fmt: skip
             return np.concatenate([remembered[moving[: len(MEMORIES)]], controls])
 
-        at = np.concatenate([self.memory.view(np.float64), chart_from_state(self.state), self.estimate["airspeed"]])
+        airflow = self.estimate[0]["velocity_ned"] - self.estimate[0]["wind_ned"]
+        at = np.concatenate([self.memory.view(np.float64), chart_from_state(self.state), airflow])
         jacobian, deviation = differentiate(tick, at[moving], steps[moving])
         n = len(jacobian) - CONTROL_COUNT
         laws = LinearSystem(
@@ -164,7 +165,9 @@ def _fill(estimate: np.ndarray, reads: np.ndarray) -> None:
     e = estimate[0]
     e["position_ned"], e["velocity_ned"], e["euler"], e["rates"] = reads[:3], reads[3:6], reads[6:9], reads[9:12]
     e["quaternion"] = quaternion_from_euler(*reads[6:9])
-    e["rotor_speed"], e["servo"], e["airspeed"] = reads[12:15], reads[15:19], reads[19]
+    e["rotor_speed"], e["servo"] = reads[12:15], reads[15:19]
+    # The wind is what the airflow leaves of the motion, as an estimator would find it.
+    e["wind_ned"], e["airspeed"] = reads[3:6] - reads[19:22], np.linalg.norm(reads[19:22])
 
 
 def analyse_point(aircraft: Aircraft, design: Design, airspeed: float, climb: float) -> PointAnalysis:

@@ -7,6 +7,7 @@ around it, this that of the attitude loop, and so on; each ratio is a number bel
 
 import hashlib
 import math
+import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -43,6 +44,7 @@ WING_BORNE_LATERAL = 0.5  # of the lateral gain
 WING_BORNE_INTEGRAL = 0.33  # of the integral
 HEAVE_GROWTH = 0.5  # of the vertical gain, for each doubling of the speed wing-borne
 WING_BORNE = (0.64, 0.88)  # forward airspeed at which this begins and is complete, over the stall speed
+UPWASH_SHARE = 0.75  # of the airflow down the body that the map may answer: the rest stays heave damping
 BRAKING_SHARE = 0.6  # of the corridor's braking that guidance plans with
 STALL_TOLERANCE = math.radians(0.5)  # below the margin that the map keeps softly
 IDLE_POWER = 0.015  # of a wing rotor, over that in hover: with less, its motor is at its lower end
@@ -100,13 +102,12 @@ def _kept(file: Path | None) -> np.ndarray | None:
 
 def _keep(file: Path, table: np.ndarray) -> None:
     """Write a table so that another process sees all of it or nothing."""
-    partial = file.with_suffix(f".{id(table)}.partial")
     try:
-        with partial.open("wb") as stream:
+        with tempfile.NamedTemporaryFile(dir=file.parent, suffix=".partial", delete=False) as stream:
             np.save(stream, table)
-        partial.replace(file)
-    except OSError:
-        partial.unlink(missing_ok=True)
+        Path(stream.name).replace(file)
+    except OSError:  # a full disk, or a folder that is gone: the next process makes it again
+        return
 
 
 @compiled
@@ -166,6 +167,7 @@ def _gains(aircraft: Aircraft, lag: float) -> np.ndarray:
         "elevator_preference": 100.0,
         "airflow_filter": 0.05,
         "upwash_filter": 0.5,
+        "upwash_share": UPWASH_SHARE,
         "idle_speed": 0.15 * top,
         "top_speed": top,
         "torque_factor": top_torque / top**2,

@@ -86,7 +86,7 @@ def horizontal_demand(estimate, setpoint, gains, braking, first: float, step: fl
             length, north, east = 1.0, math.cos(estimate.euler[2]), math.sin(estimate.euler[2])
         north, east = north / length, east / length
         right = to_north * east - to_east * north  # of the line
-        return along_path(estimate, setpoint, gains, north, east, right)
+        return along_path(estimate, setpoint, gains, north, east, right, STEEPEST_INTERCEPT)
     if kind == CIRCLE:
         distance = max(math.sqrt(to_north * to_north + to_east * to_east), 1e-3)
         inward_north, inward_east = to_north / distance, to_east / distance
@@ -95,10 +95,15 @@ def horizontal_demand(estimate, setpoint, gains, braking, first: float, step: fl
         north, east = sense * inward_east, -sense * inward_north
         # Right of the path is where the centre is in a clockwise turn.
         right = sense * (radius - distance)
-        vn, ve, _, _ = along_path(estimate, setpoint, gains, north, east, right)
+        # From outside no steeper than the tangent, which meets the circle in its own direction.
+        tangent = math.sqrt(max(distance * distance - radius * radius, 0.0)) / radius
+        steepest = max(tangent, STEEPEST_INTERCEPT) if distance < 1.1 * radius else tangent
+        vn, ve, _, _ = along_path(estimate, setpoint, gains, north, east, right, steepest)
         ground = math.sqrt(estimate.velocity_ned[0] ** 2 + estimate.velocity_ned[1] ** 2)
-        # Far from the circle there is nothing to turn around yet.
-        share = min(max(1.0 - abs(radius - distance) / radius, 0.0), 1.0)
+        # Far from the circle, where the tangent is flown, there is nothing to turn around yet.
+        gain = gains.path if setpoint.cruise == 1 else gains.position
+        way = gain * abs(radius - distance) / max(setpoint.speed, 1.0) / tangent if tangent > 0.0 else 0.0
+        share = max(1.0 - max(way, (radius - distance) / radius), 0.0)
         pull = share * ground * ground / max(distance, radius)
         return vn, ve, pull * inward_north, pull * inward_east
     if kind == BANK:
@@ -109,8 +114,11 @@ def horizontal_demand(estimate, setpoint, gains, braking, first: float, step: fl
 
 
 @compiled
-def along_path(estimate, setpoint, gains, north: float, east: float, right: float) -> Demand:
-    """Velocity along a unit direction, turned towards the path; `right` is how far right of it the vehicle is [m]."""
+def along_path(estimate, setpoint, gains, north: float, east: float, right: float, steepest: float) -> Demand:
+    """Velocity along a unit direction, turned towards the path; `right` is how far right of it the vehicle is [m].
+
+    `steepest` is the largest speed across the path over that along it.
+    """
     wind = estimate.wind_ned
     speed = setpoint.speed
     if setpoint.cruise == 1:
@@ -118,7 +126,7 @@ def along_path(estimate, setpoint, gains, north: float, east: float, right: floa
     across = -gains.path * right / max(speed, 1.0)
     if setpoint.cruise == 0:
         across = -gains.position * right / max(speed, 1.0)
-    across = min(max(across, -STEEPEST_INTERCEPT), STEEPEST_INTERCEPT)
+    across = min(max(across, -steepest), steepest)
     scale = 1.0 / math.sqrt(1.0 + across * across)
     course_north = scale * (north - across * east)
     course_east = scale * (east + across * north)

@@ -23,7 +23,7 @@ from sitl.control.design_names import (
     YAW_RATE_GAIN,
 )
 from sitl.control.lookup import map_lookup, schedule_lookup
-from sitl.control.records import Level, Yaw
+from sitl.control.records import NO_LEVEL, Level, Yaw
 from sitl.control.translation import (
     STANDARD_GRAVITY,
     acceleration_demand,
@@ -46,10 +46,14 @@ STEEPEST_COSINE = 0.5  # of the bank beyond which lift no longer makes up for it
 STRONGEST_FORCE = -2.0  # demand down the body, per mass, kept from falling to weightlessness [m/s^2]
 SLOW_AIRFLOW = 3.0  # below it the airflow gives the nose no direction [m/s]
 SLOW_COURSE = 1.5  # below it neither the ground track nor the wind does [m/s]
+LEAST_LACK = 0.05  # of angular acceleration that counts as falling short [rad/s^2]
 RATE_INTEGRAL_LIMIT = (12.0, 12.0, 6.0)  # [rad/s^2]
 TILT_ASTRAY = math.radians(5.0)  # from where it should be: the tilt drive does not follow
 TILT_MOVED = math.radians(2.0)
 TILT_JUDGEMENT = 0.5  # time to be sure of that [s]
+RELIEF_GAIN = 60.0  # of what a stuck wing is left, per angle that the fuselage cannot take up [m/s^3]
+RELIEF_TIME = 8.0  # [s]
+RELIEF_LIMIT = 12.0  # [m/s^2]
 STUCK_PITCH = math.radians(20.0)  # that the fuselage takes up for a stuck wing: more, and the tail meets the ground
 FASTEST_LIMIT = 1.02  # of the speed at full throttle and rest that the rotors are asked for
 
@@ -61,15 +65,26 @@ def wrapped(angle: float) -> float:
 
 
 @compiled
-def restart(estimate, setpoint, memory) -> None:
-    """Begin a new task from the motion that is: the velocity reference starts where the vehicle is."""
-    if memory.sequence == -1.0:
-        for k in range(3):
-            memory.velocity_reference_ned[k] = estimate.velocity_ned[k]
-            memory.velocity_integral_ned[k] = 0.0
+def begin(estimate, memory, controls) -> None:
+    """Fill an empty memory from the present: nothing was asked for yet, and the tilt stands where it is told."""
+    memory.tilt_command = controls[3]
+    memory.tilt_expected = estimate.servo[0]
+    memory.tilt_fault = 0.0
+    memory.stuck_relief = 0.0
+    for k in range(3):
+        memory.rate_integral[k] = 0.0
+
+
+@compiled
+def change_level(estimate, memory, level: int) -> None:
+    """Begin with other loops closed: the references start from the motion that is, the outer integrals from nothing."""
+    for k in range(3):
+        memory.velocity_reference_ned[k] = estimate.velocity_ned[k]
+        memory.velocity_integral_ned[k] = 0.0
+        if memory.level < ATTITUDE:
             memory.rate_integral[k] = 0.0
-        memory.heading_reference = estimate.euler[2]
-    memory.sequence = float(setpoint.sequence)
+    memory.heading_reference = estimate.euler[2]
+    memory.level = float(level)
 
 
 @compiled
@@ -82,8 +97,9 @@ def turn_demand(estimate, setpoint, gains, memory, blend: float, u: float, v: fl
     elif setpoint.yaw == HEADING and setpoint.cruise == 0:
         target = setpoint.heading
     else:
-        reference, wind = memory.velocity_reference_ned, estimate.wind_ned
-        north, east = reference[0], reference[1]
+        # What is asked for, not what has been reached: a start in a tail wind needs no look into it.
+        demand, wind = memory.velocity_demand_ned, estimate.wind_ned
+        north, east = demand[0], demand[1]
         slow = SLOW_COURSE
         if setpoint.cruise == 1:
             north, east, slow = north - wind[0], east - wind[1], SLOW_AIRFLOW
@@ -136,9 +152,8 @@ def rotor_throttle(estimate, craft, index: int, wanted: float, torque: float, la
 
 
 @compiled
-def rest(setpoint, gains, memory, status, controls) -> None:
+def rest(setpoint, gains, status, controls) -> None:
     """Controls where no loop is closed: the setpoint's own, or motors off and the wing as for hover."""
-    memory.sequence = -1.0
     for k in range(7):
         controls[k] = setpoint.direct[k] if setpoint.level == DIRECT else 0.0
     if setpoint.level == OFF:
@@ -156,7 +171,7 @@ def feel_airflow(estimate, gains, memory, dt: float) -> tuple[float, float]:
         attitude[0], attitude[1], attitude[2], attitude[3],
         velocity[0] - wind[0], velocity[1] - wind[1], velocity[2] - wind[2],
     )  # fmt: skip
-    if memory.sequence == -1.0:
+    if memory.level < IDLE or memory.level == DIRECT:  # nobody has followed it so far
         memory.airflow[0], memory.airflow[1] = u, w
     memory.airflow[0] += dt / (gains.airflow_filter + dt) * (u - memory.airflow[0])
     memory.airflow[1] += dt / (gains.upwash_filter + dt) * (w - memory.airflow[1])
@@ -187,13 +202,16 @@ def follow_velocity(
 
 
 @compiled
-def collective_speed(setpoint, gains, map_speed: float) -> tuple[float, float]:
-    """Speed asked of both wing rotors, and the highest allowed [rad/s]; `map_speed` is what the force takes."""
-    fastest = FASTEST_LIMIT * gains.top_speed * math.sqrt(limited(setpoint.thrust_limit, 0.0, 1.0))
+def collective_speed(setpoint, gains, map_speed: float, top: float) -> tuple[float, float]:
+    """Speed asked of both wing rotors, and the highest allowed [rad/s].
+
+    `map_speed` is what the force takes, `top` what full throttle gives at rest.
+    """
+    fastest = FASTEST_LIMIT * top * math.sqrt(limited(setpoint.thrust_limit, 0.0, 1.0))
     fastest = max(fastest, gains.idle_speed)
     collective = map_speed
     if setpoint.level == ATTITUDE:
-        collective = gains.top_speed * math.sqrt(limited(setpoint.thrust, 0.0, 1.0))
+        collective = top * math.sqrt(limited(setpoint.thrust, 0.0, 1.0))
     elif setpoint.level == IDLE:
         collective = gains.idle_speed
     return limited(collective, gains.idle_speed, fastest), fastest
@@ -214,22 +232,31 @@ def shortfall(estimate, memory, node, force_x: float, force_z: float, turned: fl
 
 
 @compiled
-def moments(estimate, craft, row, memory, node, wanted: Vector, thin: float, dt: float) -> Vector:
-    """Moments [N m] that the actuators should make for the body rates wanted [rad/s], and the rate loops' integrals."""
+def moments(estimate, craft, row, memory, node, wanted: Vector, thin: float) -> Vector:
+    """Moments [N m] that the actuators should make for the body rates wanted [rad/s]."""
     rates, integral = estimate.rates, memory.rate_integral
-    gain = (row[ROLL_RATE_GAIN], row[PITCH_RATE_GAIN], row[YAW_RATE_GAIN])
-    for k in range(3):
-        step = row[RATE_INTEGRAL_SHARE] * gain[k] * gain[k] * (wanted[k] - rates[k]) * dt
-        integral[k] = limited(integral[k] + step, -RATE_INTEGRAL_LIMIT[k], RATE_INTEGRAL_LIMIT[k])
     mx, my, mz = moment_demand(
         craft, rates,
         (
-            gain[0] * (wanted[0] - rates[0]) + integral[0],
-            gain[1] * (wanted[1] - rates[1]) + integral[1],
-            gain[2] * (wanted[2] - rates[2]) + integral[2],
+            row[ROLL_RATE_GAIN] * (wanted[0] - rates[0]) + integral[0],
+            row[PITCH_RATE_GAIN] * (wanted[1] - rates[1]) + integral[1],
+            row[YAW_RATE_GAIN] * (wanted[2] - rates[2]) + integral[2],
         ),
     )  # fmt: skip
     return mx - node[column.ROLL_PER_YAW_RATE] * thin * rates[2], my - node[column.PITCH_MOMENT], mz
+
+
+@compiled
+def integrate_rates(estimate, craft, row, memory, wanted: Vector, lacks: Vector, dt: float) -> None:
+    """Advance the rate loops' integrals, but not further into what the actuators could not make, `lacks` [N m]."""
+    gain = (row[ROLL_RATE_GAIN], row[PITCH_RATE_GAIN], row[YAW_RATE_GAIN])
+    for k in range(3):
+        error = wanted[k] - estimate.rates[k]
+        if error * lacks[k] < 0.0 and abs(lacks[k]) > LEAST_LACK * craft.inertia[k, k]:
+            error = 0.0
+        step = row[RATE_INTEGRAL_SHARE] * gain[k] * gain[k] * error * dt
+        integral = memory.rate_integral[k] + step
+        memory.rate_integral[k] = limited(integral, -RATE_INTEGRAL_LIMIT[k], RATE_INTEGRAL_LIMIT[k])
 
 
 @compiled
@@ -243,19 +270,26 @@ def control_step(estimates, setpoints, gain_records, table, axes, schedule, vehi
     estimate, setpoint, gains, craft = estimates[0], setpoints[0], gain_records[0], vehicle[0]
     memory, status = memories[0], statuses[0]
     level = setpoint.level
-    watch_tilt(estimate, craft, memory, status.servo_command[0], dt)
+    if memory.level == NO_LEVEL:
+        begin(estimate, memory, controls)
+    watch_tilt(estimate, craft, memory, memory.tilt_command, dt)
     status.tilt_fault = memory.tilt_fault
     if level in (DIRECT, OFF):
-        rest(setpoint, gains, memory, status, controls)
+        rest(setpoint, gains, status, controls)
+        memory.level = float(level)
+        memory.tilt_command = controls[3]
         for k in range(4):
             status.servo_command[k] = controls[3 + k]
         return
 
     u, v = feel_airflow(estimate, gains, memory, dt)
-    restart(estimate, setpoint, memory)
+    if memory.level != level:
+        change_level(estimate, memory, level)
     # The map is at home at sea level: at another density the same forces act at the same dynamic pressure.
     thin = math.sqrt(estimate.density / SEA_LEVEL_DENSITY)
-    flow_u, flow_w = memory.airflow[0] * thin, memory.airflow[1] * thin
+    # A part of the airflow down the body is left to heave damping; with the fuselage pitched far it is no small thing.
+    told = gains.upwash_share + memory.tilt_fault * (1.0 - gains.upwash_share)
+    flow_u, flow_w = memory.airflow[0] * thin, memory.airflow[1] * thin * told
     row, node = status.schedule, status.node
     schedule_lookup(schedule, axes, flow_u, row)
     blend = limited((flow_u - gains.wing_borne_from) / (gains.wing_borne_at - gains.wing_borne_from), 0.0, 1.0)
@@ -269,17 +303,26 @@ def control_step(estimates, setpoints, gain_records, table, axes, schedule, vehi
         )
 
     # Force in the plane of symmetry, by wing tilt, rotor speed and flap; a wing that is stuck is inclined by the body.
-    cosine, sine = math.cos(pitch), math.sin(pitch)
-    force_x = forward * cosine - lift * sine
+    # An attitude asked for moves the vehicle: its wing stands as with the fuselage level.
+    reference_pitch = pitch if level == VELOCITY else 0.0
+    cosine, sine = math.cos(reference_pitch), math.sin(reference_pitch)
+    force_x = (forward + memory.stuck_relief) * cosine - lift * sine
     force_z = (forward * sine + lift * cosine) / max(math.cos(roll), STEEPEST_COSINE)
     map_lookup(table, axes, flow_u, flow_w, force_x, force_z, node)
     tilt, map_speed = node[column.TILT], node[column.ROTOR_SPEED] / thin
     if level == ATTITUDE and not math.isnan(setpoint.tilt):
         tilt = setpoint.tilt
-    collective, fastest = collective_speed(setpoint, gains, map_speed)
+    # Thin air takes less torque: a motor that gives its power there turns faster.
+    top = gains.top_speed if craft.rotors[0].throttle_sets_power == 0 else gains.top_speed * thin ** (-2.0 / 3.0)
+    collective, fastest = collective_speed(setpoint, gains, map_speed, top)
     if level == VELOCITY:
-        leaning = limited(pitch + tilt - estimate.servo[0], -STUCK_PITCH, STUCK_PITCH)
+        inclined = pitch + tilt - estimate.servo[0]
+        leaning = limited(inclined, -STUCK_PITCH, STUCK_PITCH)
         pitch_wanted += memory.tilt_fault * (leaning - pitch_wanted)
+        # A wing that even so stands too flat carries at a higher speed only, which the force forward must then make;
+        # one that stands too steep slows the vehicle down by itself.
+        relief = RELIEF_GAIN * memory.tilt_fault * (inclined - leaning) - memory.stuck_relief / RELIEF_TIME
+        memory.stuck_relief = limited(memory.stuck_relief + dt * relief, 0.0, RELIEF_LIMIT)
         turned = tilt - pitch_wanted - estimate.servo[0] + pitch
         share = min((collective / map_speed) ** 2, 1.0)
         lack_forward, lack_down = shortfall(estimate, memory, node, force_x, force_z, turned, share)
@@ -287,24 +330,28 @@ def control_step(estimates, setpoints, gain_records, table, axes, schedule, vehi
 
     # Moments, and who makes them.
     mx = my = mz = 0.0
-    if level == IDLE:
-        for k in range(3):
-            memory.rate_integral[k] = 0.0
-    else:
-        wanted = rate_demand(
-            estimate, roll_wanted, pitch_wanted, turn, row[ROLL_GAIN], row[PITCH_GAIN], gains.max_roll_rate
-        )
-        mx, my, mz = moments(estimate, craft, row, memory, node, wanted, thin, dt)
+    wanted = rate_demand(
+        estimate, roll_wanted, pitch_wanted, turn, row[ROLL_GAIN], row[PITCH_GAIN], gains.max_roll_rate
+    )
+    if level != IDLE:
+        mx, my, mz = moments(estimate, craft, row, memory, node, wanted, thin)
     aileron_limit = craft.servos[1].maximum
+    roll_per_rotor, yaw_per_rotor = node[column.ROLL_PER_ROTOR] * thin, node[column.YAW_PER_ROTOR] * thin
+    roll_per_aileron, yaw_per_aileron = node[column.ROLL_PER_AILERON], node[column.YAW_PER_AILERON]
     rotor, aileron, collective = apart(
-        mx, mz, node[column.ROLL_PER_ROTOR] * thin, node[column.YAW_PER_ROTOR] * thin, node[column.ROLL_PER_AILERON],
-        node[column.YAW_PER_AILERON], collective, gains.idle_speed, fastest, aileron_limit,
+        mx, mz, roll_per_rotor, yaw_per_rotor, roll_per_aileron, yaw_per_aileron, collective, gains.idle_speed,
+        fastest, aileron_limit,
     )  # fmt: skip
     flap = min(node[column.FLAP], aileron_limit - abs(aileron))
     elevator, tail_thrust = pitch_share(
         my, node[column.PITCH_PER_ELEVATOR], craft.servos[3].maximum, gains.tail_arm, gains.tail_top_thrust,
         gains.elevator_preference,
     )  # fmt: skip
+    if level != IDLE:
+        made_roll = roll_per_rotor * rotor + roll_per_aileron * aileron
+        made_yaw = yaw_per_rotor * rotor + yaw_per_aileron * aileron
+        made_pitch = node[column.PITCH_PER_ELEVATOR] * elevator - gains.tail_arm * tail_thrust
+        integrate_rates(estimate, craft, row, memory, wanted, (made_roll - mx, made_pitch - my, made_yaw - mz), dt)
     tail = math.copysign(math.sqrt(abs(tail_thrust) / (gains.tail_thrust_factor * thin * thin)), tail_thrust)
 
     # A propeller's torque coefficient falls with the advance ratio, so its torque at another speed in the same flow is
@@ -317,7 +364,8 @@ def control_step(estimates, setpoints, gain_records, table, axes, schedule, vehi
     controls[2] = rotor_throttle(estimate, craft, 2, tail, tail_torque * tail * abs(tail), lag, idle)
     controls[3], controls[4], controls[5], controls[6] = tilt, flap + aileron, flap - aileron, elevator
 
-    status.thrust = (collective / gains.top_speed) ** 2
+    memory.tilt_command = tilt
+    status.thrust = (collective / top) ** 2
     status.attitude_reference[0], status.attitude_reference[1] = roll_wanted, pitch_wanted
     status.attitude_reference[2] = memory.heading_reference
     status.force_demand[0], status.force_demand[1] = force_x, force_z

@@ -28,12 +28,13 @@ from vehicle_model.state import (
 )
 
 __all__ = [
-    "CHART", "ClosedLoop", "LinearSystem", "chart_from_state", "close_loop", "differentiate", "linear_plant",
+    "AIRFLOW", "CHART", "ClosedLoop", "LinearSystem", "chart_from_state", "close_loop", "differentiate", "linear_plant",
     "margins_of", "state_from_chart",
 ]  # fmt: skip
 
 # Coordinates of the plant's state about a point of flight: as sensors see it, and with no constraint between them.
 CHART = ("north", "east", "down", "vn", "ve", "vd", "roll", "pitch", "yaw", *STATE_NAMES[RATES:])
+AIRFLOW = ("air_north", "air_east", "air_down")  # velocity through the air, as an air-data probe sees it
 MOTION, ATTITUDE, REST = 3, 6, 9  # where velocity over the ground, attitude and all else begin
 # Large enough to stand out of rounding errors, small enough for the equations to be straight.
 _STEPS = {"rotor": 1e-2, "north": 1e-2, "east": 1e-2, "down": 1e-2, "vn": 1e-4, "ve": 1e-4, "vd": 1e-4}
@@ -140,7 +141,8 @@ def linear_plant(
 ) -> LinearSystem:
     """One tick of the vehicle with the controls held, about a state (20,) and controls (7,), in the coordinates CHART.
 
-    Outputs are the coordinates and the true airspeed. Nothing depends on where the vehicle is, so the point need not
+    Outputs are the coordinates and the velocity through the air, NED [m/s].
+    Nothing depends on where the vehicle is, so the point need not
     be one of rest: steady flight in any direction will do. Heading must be where roll, pitch and yaw are defined.
     """
 
@@ -149,16 +151,13 @@ def linear_plant(
         rk4_step(moved, x[len(CHART) :], vehicle, environment, dt)
         return chart_from_state(moved)
 
-    def airspeed(x: np.ndarray) -> np.ndarray:
-        return np.array([np.linalg.norm(x[MOTION:ATTITUDE] - environment[0]["wind_ned"])])
-
     chart = chart_from_state(state)
     steps = np.concatenate([chart_steps(), np.full(len(controls), _FINE)])
     jacobian, _ = differentiate(tick, np.concatenate([chart, controls]), steps)
     a, b = jacobian[:, : len(CHART)], jacobian[:, len(CHART) :]
-    c = np.vstack([np.eye(len(CHART)), differentiate(airspeed, chart, chart_steps())[0]])
+    c = np.vstack([np.eye(len(CHART)), np.eye(len(CHART))[MOTION:ATTITUDE]])  # the wind is steady
     d = np.zeros((len(c), len(controls)))
-    return LinearSystem(a, b, c, d, CONTROL_NAMES, (*CHART, "airspeed"))
+    return LinearSystem(a, b, c, d, CONTROL_NAMES, (*CHART, *AIRFLOW))
 
 
 def close_loop(plant: LinearSystem, controller: LinearSystem, dt: float, *, delay: int = 0) -> ClosedLoop:

@@ -9,7 +9,7 @@ from enum import IntEnum
 
 import numpy as np
 
-__all__ = ["ESTIMATE", "GAINS", "MEMORY", "SETPOINT", "STATUS", "Horizontal", "Level", "Vertical", "Yaw"]
+__all__ = ["ESTIMATE", "GAINS", "MEMORY", "NO_LEVEL", "SETPOINT", "STATUS", "Horizontal", "Level", "Vertical", "Yaw"]
 
 _f = np.float64
 _i = np.int64
@@ -73,7 +73,6 @@ ESTIMATE = np.dtype(
 SETPOINT = np.dtype(
     [
         ("level", _i),  # Level
-        ("sequence", _i),  # changes with every new task: references restart smoothly from the present motion
         ("direct", _f, (7,)),  # Level.DIRECT: controls as in `vehicle_model.state`
         ("roll", _f),  # Level.ATTITUDE [rad]
         ("pitch", _f),  # [rad]
@@ -117,18 +116,23 @@ STATUS = np.dtype(
     align=True,
 )
 
+NO_LEVEL = -1.0  # as the level that a memory was at last: it holds nothing yet
+
 # What the laws remember from tick to tick.
 MEMORY = np.dtype(
     [
-        ("sequence", _f),  # of the setpoint last followed; -1 before the first
+        ("level", _f),  # of the setpoint last followed, as a number, or NO_LEVEL
         ("velocity_reference_ned", _f, (3,)),  # [m/s]
         ("velocity_integral_ned", _f, (3,)),  # [m/s^2]
         ("heading_reference", _f),  # [rad]
         ("rate_integral", _f, (3,)),  # [rad/s^2]
         ("airflow", _f, (2,)),  # forward and down the body, as filtered [m/s]
+        ("tilt_command", _f),  # last given [rad]
         ("tilt_expected", _f),  # where the tilt drive would be if it were sound [rad]
         ("tilt_stuck_at", _f),  # where it was seen not to follow [rad]
         ("tilt_fault", _f),  # 0: the tilt drive follows, 1: it does not and the fuselage pitches instead
+        ("stuck_relief", _f),  # force forward per mass that a wing stuck too flat gets beyond what is asked [m/s^2]
+        ("velocity_demand_ned", _f, (2,)),  # that guidance asks for, north and east [m/s]
     ],
     align=True,
 )
@@ -151,6 +155,7 @@ GAINS = np.dtype(
         ("wing_borne_at", _f),  # and at which it does so wholly
         ("rotor_lag", _f),  # of the wing rotors' speed loops [s]
         ("elevator_preference", _f),  # how much dearer the tail rotor's thrust is than elevator, shares squared
+        ("upwash_share", _f),  # of the airflow down the body that the map is told
         ("airflow_filter", _f),  # of the airflow forward [s]
         ("upwash_filter", _f),  # and of that down the body: what the wing gives way to gusts, heave damping keeps [s]
         ("idle_speed", _f),  # of the wing rotors [rad/s]

@@ -24,6 +24,7 @@ SINKING = 0.8  # faster than asked for before it counts as a stall, and from the
 FURTHEST = 2.5  # that a velocity reference runs ahead of the velocity [m/s]
 CORRIDOR_FROM = 0.7  # of where the wing begins to carry: from there sinking and braking share the force at hand
 INTEGRAL_LIMIT = 6.0  # [m/s^2]
+FADING = 3.0  # of the horizontal integral where it has nothing to do [s]
 LEAST_LACK = 0.1  # of force per mass that counts as falling short [m/s^2]
 
 
@@ -47,8 +48,10 @@ def advance_reference(estimate, setpoint, gains, row, braking, first, step, u: f
     if setpoint.horizontal == ACCELERATION:
         forward, right = setpoint.acceleration[0], setpoint.acceleration[1]
         reference[0], reference[1] = velocity[0], velocity[1]
+        memory.velocity_demand_ned[0], memory.velocity_demand_ned[1] = velocity[0], velocity[1]
     else:
         vn, ve, an, ae = horizontal_demand(estimate, setpoint, gains, braking, first, step)
+        memory.velocity_demand_ned[0], memory.velocity_demand_ned[1] = vn, ve
         error_n, error_e = vn - reference[0], ve - reference[1]
         forward = gains.reference * (cosine * error_n + sine * error_e) + cosine * an + sine * ae
         right = gains.reference * (cosine * error_e - sine * error_n) + cosine * ae - sine * an
@@ -59,7 +62,8 @@ def advance_reference(estimate, setpoint, gains, row, braking, first, step, u: f
     behind = FURTHEST
     # Wing-borne, the force left before the wing stalls is spent on braking and on sinking alike: braking as planned
     # comes first, what is left is for sinking.
-    if u > CORRIDOR_FROM * gains.wing_borne_from:
+    # A wing stuck too flat to slow down has no such choice.
+    if u > CORRIDOR_FROM * gains.wing_borne_from and memory.stuck_relief == 0.0:
         sinking = STANDARD_GRAVITY * limited(reference[2], 0.0, setpoint.sink_rate) / u
         forward = max(forward, -max(row[BRAKE], -row[LOWEST_FORCE] - sinking))
         down_wanted = min(down_wanted, max(forward - row[LOWEST_FORCE], 0.0) * u / STANDARD_GRAVITY)
@@ -110,7 +114,11 @@ def integrate_velocity(
     cosine, sine = math.cos(estimate.euler[2]), math.sin(estimate.euler[2])
     reference, velocity, integral = memory.velocity_reference_ned, estimate.velocity_ned, memory.velocity_integral_ned
     share = row[INTEGRAL_SHARE]
-    if setpoint.horizontal != ACCELERATION:
+    if setpoint.horizontal == ACCELERATION:
+        # No velocity is asked for: what held one against wind and error fades away.
+        integral[0] -= dt / FADING * integral[0]
+        integral[1] -= dt / FADING * integral[1]
+    else:
         error_n, error_e = reference[0] - velocity[0], reference[1] - velocity[1]
         forward = share * row[FORWARD_GAIN] ** 2 * held(cosine * error_n + sine * error_e, lack_forward)
         right = share * row[LATERAL_GAIN] ** 2 * held(cosine * error_e - sine * error_n, lack_right)

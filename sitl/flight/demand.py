@@ -19,15 +19,14 @@ class Demand:
     """Writes the SETPOINT record that the compiled laws read.
 
     A call describes the whole of a task: what it does not say goes back to rest (the nose follows the airflow, limits
-    are those of `limits`). The setpoint's sequence number changes with the kind of task, its points or its regime, not
-    when only a speed or an altitude is adjusted.
+    are those of `limits`).
     """
 
     def __init__(self) -> None:
         self.record = record = np.zeros(1, SETPOINT)
         # Each field as an array of its own: a number in one is read and written in a tenth of the time that it takes
         # by its name in the record.
-        self._level, self._sequence, self._cruise = record["level"], record["sequence"], record["cruise"]
+        self._level, self._cruise = record["level"], record["cruise"]
         self._horizontal, self._vertical, self._yaw = record["horizontal"], record["vertical"], record["yaw"]
         self._position, self._start = record["position_ned"][0], record["start_ned"][0]
         self._velocity, self._acceleration = record["velocity_ned"][0], record["acceleration"][0]
@@ -37,7 +36,6 @@ class Demand:
         self._thrust, self._tilt = record["thrust"], record["tilt"]
         self._climb_rate, self._sink_rate = record["climb_rate"], record["sink_rate"]
         self._max_bank, self._thrust_limit = record["max_bank"], record["thrust_limit"]
-        self._task: tuple[object, ...] = ()
         self.limits(climb_rate=3.0, sink_rate=2.0, max_bank=math.radians(35.0))
         self.off()
 
@@ -66,35 +64,35 @@ class Demand:
 
     def point(self, position: Vector, *, speed: float, cruise: bool = False, thrust_limit: float = 1.0) -> None:
         """Fly to a point and stop there; with `cruise` wing-borne at an airspeed until it is time to slow down."""
-        self._ask_velocity(Horizontal.POINT, Vertical.ALTITUDE, cruise, speed, (position[0], position[1]))
+        self._ask_velocity(Horizontal.POINT, Vertical.ALTITUDE, cruise, speed)
         self._position[:] = position
         self._thrust_limit[0] = thrust_limit
 
     def leg(self, start: Vector, end: Vector, *, speed: float, cruise: bool) -> None:
         """Along a straight line, passing its end without slowing down; altitude is that of the end."""
-        self._ask_velocity(Horizontal.LEG, Vertical.ALTITUDE, cruise, speed, (start[0], start[1], end[0], end[1]))
+        self._ask_velocity(Horizontal.LEG, Vertical.ALTITUDE, cruise, speed)
         self._start[:] = start
         self._position[:] = end
 
     def circle(self, centre: Vector, radius: float, *, speed: float, cruise: bool) -> None:
         """Around a centre, clockwise seen from above if the radius is positive."""
-        self._ask_velocity(Horizontal.CIRCLE, Vertical.ALTITUDE, cruise, speed, (centre[0], centre[1], radius))
+        self._ask_velocity(Horizontal.CIRCLE, Vertical.ALTITUDE, cruise, speed)
         self._position[:] = centre
         self._radius[0] = radius
 
     def velocity(self, velocity_ned: Vector, *, cruise: bool = False) -> None:
         """Velocity over the ground, climb or sink rate included."""
-        self._ask_velocity(Horizontal.VELOCITY, Vertical.RATE, cruise, math.hypot(velocity_ned[0], velocity_ned[1]), ())
+        self._ask_velocity(Horizontal.VELOCITY, Vertical.RATE, cruise, math.hypot(velocity_ned[0], velocity_ned[1]))
         self._velocity[:] = velocity_ned
 
     def acceleration(self, forward: float, right: float) -> None:
         """Acceleration along and right of the heading [m/s^2], drifting with the wind when zero."""
-        self._ask_velocity(Horizontal.ACCELERATION, Vertical.ALTITUDE, False, 0.0, ())
+        self._ask_velocity(Horizontal.ACCELERATION, Vertical.ALTITUDE, False, 0.0)
         self._acceleration[:] = forward, right
 
     def bank(self, bank: float, *, speed: float) -> None:
         """Wing-borne at an airspeed with a bank angle."""
-        self._ask_velocity(Horizontal.BANK, Vertical.ALTITUDE, True, speed, ())
+        self._ask_velocity(Horizontal.BANK, Vertical.ALTITUDE, True, speed)
         self._bank[0] = bank
 
     # Modifiers of the task just given.
@@ -157,19 +155,10 @@ class Demand:
         """The larger throttle of the wing's rotors in `direct` controls."""
         return max(self._direct.item(0), self._direct.item(1))
 
-    def _ask_velocity(
-        self, horizontal: Horizontal, vertical: Vertical, cruise: bool, speed: float, where: tuple[float, ...]
-    ) -> None:
+    def _ask_velocity(self, horizontal: Horizontal, vertical: Vertical, cruise: bool, speed: float) -> None:
         self._level[0], self._horizontal[0], self._vertical[0] = Level.VELOCITY, horizontal, vertical
         self._yaw[0], self._cruise[0], self._speed[0], self._thrust_limit[0] = Yaw.COURSE, cruise, speed, 1.0
-        self._begin((Level.VELOCITY, horizontal, bool(cruise), *where))
 
     def _ask_level(self, level: Level) -> None:
         self._level[0] = level
         self._thrust_limit[0] = 1.0
-        self._begin((level,))
-
-    def _begin(self, task: tuple[object, ...]) -> None:
-        if task != self._task:
-            self._task = task
-            self._sequence[0] += 1

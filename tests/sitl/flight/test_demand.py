@@ -56,21 +56,6 @@ def test_what_a_task_does_not_say_goes_back_to_rest() -> None:
     assert (record["level"], record["thrust_limit"]) == (Level.IDLE, 1.0)
 
 
-def test_the_sequence_changes_with_the_task_and_not_with_its_speed_or_height() -> None:
-    demand = Demand()
-
-    def after(speed: float, down: float, north: float = 0.0, cruise: bool = False) -> int:
-        demand.point((north, 0.0, down), speed=speed, cruise=cruise)
-        return int(demand.record[0]["sequence"])
-
-    first = after(5.0, -10.0)
-    assert after(6.0, -20.0) == first
-    assert after(6.0, -20.0, north=1.0) == first + 1
-    assert after(6.0, -20.0, north=1.0, cruise=True) == first + 2
-    demand.idle()
-    assert after(6.0, -20.0, north=1.0, cruise=True) == first + 4
-
-
 def test_those_who_watch_are_told_what_is_asked() -> None:
     demand = Demand()
     assert demand.level == Level.OFF
