@@ -12,6 +12,7 @@ from typing import Annotated, Literal, NamedTuple
 import typer
 from typer.exceptions import TyperException
 
+from sitl.flight.view import EVENTS_RATE
 from sitl.home import Home, home_from
 
 __all__ = ["Options", "main", "parse_options"]
@@ -148,7 +149,9 @@ def _command(
     lockstep: Annotated[
         bool, typer.Option("--lockstep", help="Each HIL_ACTUATOR_CONTROLS is one step of 1/rate; no autopilot.")
     ] = False,
-    rate: Annotated[int, typer.Option(metavar="HZ", min=50, max=10000, help="Integration steps per second.")] = 400,
+    rate: Annotated[
+        int, typer.Option(metavar="HZ", min=50, max=10000, help="Integration steps per second, a multiple of 50.")
+    ] = 400,
     duration: Annotated[
         float | None, typer.Option(metavar="S", min=0.0, help="End after so many simulated seconds.")
     ] = None,
@@ -189,7 +192,7 @@ def _command(
         wait_servos=wait_servos,
         servo_timeout=servo_timeout,
         lockstep=lockstep,
-        rate=rate,
+        rate=_rate(rate),
         duration=math.inf if duration is None else duration,
         rerun=rerun,
         no_map=no_map,
@@ -199,6 +202,12 @@ def _command(
 
 def _refuse(option: str, text: str) -> None:
     raise typer.BadParameter(text, param_hint=f"'{option}'")
+
+
+def _rate(rate: int) -> int:
+    if rate % EVENTS_RATE:
+        _refuse("--rate", f"expected a multiple of {EVENTS_RATE} steps per second, got {rate}")
+    return rate
 
 
 def _numbers(option: str, text: str, form: str, *counts: int) -> list[float]:

@@ -23,7 +23,7 @@ from sitl.flight.mode import Mode
 from sitl.flight.parameters import Parameters
 from sitl.flight.plan_file import PlanError, read_plan
 from sitl.flight.refused import Refused
-from sitl.flight.view import View
+from sitl.flight.view import EVENTS_RATE, View
 from sitl.history import History
 from sitl.recorder import Recorder
 from sitl.scenario import Earth, Scenario, Script, load_scenario
@@ -32,7 +32,7 @@ from sitl.start import Start, start_at
 from sitl.start_file import TRIM_HEIGHT
 from vehicle_model.aircraft import Aircraft, load_aircraft
 from vehicle_model.earth import make_environment
-from vehicle_model.state import CONTROL_COUNT, STATE_COUNT, TILT
+from vehicle_model.state import CONTROL_COUNT, SERVO_NAMES, STATE_COUNT, TILT, TILT_COMMAND
 from vehicle_model.wind import wind_step
 
 if TYPE_CHECKING:
@@ -43,11 +43,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Simulation"]
 
-EVENTS_RATE = 50  # of the flight's updates [Hz]
-TILT_COMMAND = 3  # of the controls; the aileron and elevator commands follow
-WING_BORNE = 8.0  # airspeed from which a start in the air is one on the wing [m/s]
+# A start in the air is one on the wing from this airspeed, unless it stands over the ground as a hover in wind does.
+WING_BORNE, STANDING = 8.0, 3.0  # [m/s]
 ROTORS = ("left", "right", "tail")
-SERVOS = ("tilt", "aileron_left", "aileron_right", "elevator")
 
 
 class Simulation:
@@ -64,7 +62,8 @@ class Simulation:
         earth: flat, round or wgs84.
         parameters: values by name, on top of the scenario's.
         autopilot: False leaves the actuators to `set_controls`; there is no flight then.
-        rate: integration steps per simulated second [Hz], at least 50.
+        rate: integration steps per simulated second [Hz], a multiple of the flight's 50. The control laws run as often,
+            but their gains are for the delay of one step at 400 Hz: slower they have less margin, faster no more.
 
     Attributes:
         aircraft: what flies.
@@ -93,8 +92,8 @@ class Simulation:
         autopilot: bool = True,
         rate: int = 400,
     ) -> None:
-        if rate < EVENTS_RATE:
-            msg = f"rate: expected at least {EVENTS_RATE} steps per second, got {rate}"
+        if rate < EVENTS_RATE or rate % EVENTS_RATE:
+            msg = f"rate: expected a multiple of {EVENTS_RATE} steps per second, got {rate}"
             raise ValueError(msg)
         if not isinstance(scenario, Scenario):
             scenario = Scenario() if scenario is None else load_scenario(scenario)
@@ -106,7 +105,7 @@ class Simulation:
         self.listener: Callable[[int, str], None] | None = None
         self._design = design_for(design_aircraft or aircraft) if autopilot else None
         self._rate = rate
-        self._ticks_per_update = round(rate / EVENTS_RATE)
+        self._ticks_per_update = rate // EVENTS_RATE
         self.reset(self.scenario.start if start is None else start)
 
     # -- time ------------------------------------------------------------------------------------------------------
@@ -316,11 +315,13 @@ class Simulation:
 
         Raises ValueError for another name, or an angle it cannot have.
         """
-        self.airframe.stick_servo(SERVOS.index(_known("servo", SERVOS, name)), angle)
+        self.airframe.stick_servo(SERVO_NAMES.index(_known("servo", SERVO_NAMES, name)), angle)
 
     def repair(self) -> None:
-        """End all faults."""
+        """End all faults; the flight takes its actuators for repaired."""
         self.airframe.repair()
+        if self._flight is not None:
+            self._flight.actuators.reset()
 
     # -- inside ----------------------------------------------------------------------------------------------------
 
@@ -350,7 +351,9 @@ class Simulation:
     def _begin_flight(self) -> None:
         self.airframe.look(self._view)
         on_ground = self.airframe.snapshot().on_ground
-        self.flight.begin(self._view, airborne=not on_ground, cruise=self._view.airspeed >= WING_BORNE)
+        view = self._view
+        on_wing = view.airspeed >= WING_BORNE and math.hypot(view.vn, view.ve) >= STANDING
+        self.flight.begin(view, airborne=not on_ground, cruise=on_wing)
 
     def _tell(self, severity: int, text: str) -> None:
         if self.listener is not None:

@@ -30,6 +30,7 @@ from vehicle_model.state import (
     RATES,
     ROTOR_SPEED,
     TILT,
+    TILT_COMMAND,
     VELOCITY,
     blank_controls,
     blank_state,
@@ -40,7 +41,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Start", "StartError", "described", "standing", "start_at", "trimmed"]
 
-TILT_COMMAND = 3  # of the controls; the aileron and elevator commands follow
 DOWN = np.array([0.0, 0.0, 1.0])
 SETTLING_STEP = 1.0 / 400.0  # [s]
 SETTLING_TIME = 5.0  # [s]

@@ -19,8 +19,8 @@ from vehicle_model.records import ENVIRONMENT
 from vehicle_model.rotation import Quaternion, Vector, quaternion_multiply
 
 __all__ = [
-    "FLAT", "ROUND", "WGS84", "geodetic", "gravitation", "height_above_ellipsoid", "local_axes", "make_environment",
-    "ned_from_geodetic",
+    "FLAT", "ROUND", "STANDARD_GRAVITY", "WGS84", "geodetic", "gravitation", "height_above_ellipsoid", "local_axes",
+    "make_environment", "ned_from_geodetic",
 ]  # fmt: skip
 
 FLAT, ROUND, WGS84 = 0, 1, 2  # values of the field `earth`

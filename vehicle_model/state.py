@@ -10,7 +10,8 @@ import numpy as np
 
 __all__ = [
     "AILERON_LEFT", "AILERON_RIGHT", "CONTROL_COUNT", "CONTROL_NAMES", "ELEVATOR", "POSITION", "QUATERNION",
-    "RATES", "ROTOR_SPEED", "STATE_COUNT", "STATE_NAMES", "TILT", "VELOCITY", "blank_controls", "blank_state",
+    "RATES", "ROTOR_SPEED", "SERVO_NAMES", "STATE_COUNT", "STATE_NAMES", "TILT", "TILT_COMMAND", "VELOCITY",
+    "blank_controls", "blank_state",
 ]  # fmt: skip
 
 POSITION = 0  # north, east, down [m]
@@ -24,16 +25,16 @@ AILERON_RIGHT = 18
 ELEVATOR = 19
 STATE_COUNT = 20
 
+SERVO_NAMES = ("tilt", "aileron_left", "aileron_right", "elevator")
 STATE_NAMES = (
     "north", "east", "down", "u", "v", "w", "q0", "q1", "q2", "q3", "p", "q", "r",
-    "rotor_left", "rotor_right", "rotor_tail", "tilt", "aileron_left", "aileron_right", "elevator",
+    "rotor_left", "rotor_right", "rotor_tail", *SERVO_NAMES,
 )  # fmt: skip
 
 # Controls: throttle of the three motors (-1..1), then the commanded angles of the four servos [rad].
+TILT_COMMAND = 3  # the other servos' commands follow
 CONTROL_COUNT = 7
-CONTROL_NAMES = (
-    "throttle_left", "throttle_right", "throttle_tail", "tilt", "aileron_left", "aileron_right", "elevator",
-)  # fmt: skip
+CONTROL_NAMES = ("throttle_left", "throttle_right", "throttle_tail", *SERVO_NAMES)
 
 
 def blank_state() -> np.ndarray:

@@ -6,12 +6,11 @@ does per unit comes from differentiating the model (`vehicle_model.force_map`). 
 collective thrust, then yaw.
 """
 
-
 from vehicle_model.compiled import compiled
 
 __all__ = ["apart", "pitch_share"]
 
-ROLL_WEIGHT = 1e4  # of an error in roll squared, over one in yaw: roll before yaw
+ROLL_WEIGHT = 100.0  # of an error in roll squared, over one in yaw: roll before yaw
 LEAST_MOMENT = 0.3  # that the whole travel of a pair must be worth to be used for it [N m]
 
 

@@ -103,7 +103,7 @@ def horizontal_demand(estimate, setpoint, gains, braking, first: float, step: fl
         # Far from the circle, where the tangent is flown, there is nothing to turn around yet.
         gain = gains.path if setpoint.cruise == 1 else gains.position
         way = gain * abs(radius - distance) / max(setpoint.speed, 1.0) / tangent if tangent > 0.0 else 0.0
-        share = max(1.0 - max(way, (radius - distance) / radius), 0.0)
+        share = max(1.0 - max(way * way, (radius - distance) / radius), 0.0)
         pull = share * ground * ground / max(distance, radius)
         return vn, ve, pull * inward_north, pull * inward_east
     if kind == BANK:

@@ -25,7 +25,6 @@ from sitl.control.design_names import (
 from sitl.control.lookup import map_lookup, schedule_lookup
 from sitl.control.records import NO_LEVEL, Level, Yaw
 from sitl.control.translation import (
-    STANDARD_GRAVITY,
     acceleration_demand,
     advance_reference,
     integrate_velocity,
@@ -33,6 +32,7 @@ from sitl.control.translation import (
 )
 from vehicle_model import force_columns as column
 from vehicle_model.compiled import compiled
+from vehicle_model.earth import STANDARD_GRAVITY
 from vehicle_model.force_map import SEA_LEVEL_DENSITY
 from vehicle_model.motor import servo_rate, throttle_for
 from vehicle_model.rotation import Vector, ned_to_body

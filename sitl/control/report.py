@@ -25,6 +25,7 @@ from sitl.control.figures import (
 )
 from sitl.control.lookup import schedule_lookup
 from sitl.control.margins import frequency_grid
+from sitl.control.stuck_wing import StuckWing, stuck_wing_section, stuck_wings
 from vehicle_model.aircraft import Aircraft
 from vehicle_model.paper.style import paper_style, save
 
@@ -47,14 +48,17 @@ def write_report(
     aircraft: Aircraft,
     out: Path,
     watch: Callable[[list[tuple[float, float]]], Iterable[tuple[float, float]]] = iter,
+    watch_stuck: Callable[[list[float]], Iterable[float]] = iter,
 ) -> list[Path]:
     """Analyse the design of an aircraft and write README.md with its figures into a folder; returns what was written.
 
-    `watch` passes the points of the corridor on and may show progress. Raises OSError where nothing can be written.
+    `watch` passes the points of the corridor on, `watch_stuck` the angles [rad] of a stuck wing; both may show
+    progress. Raises OSError where nothing can be written.
     """
     out.mkdir(parents=True, exist_ok=True)
     design = design_for(aircraft)
     points = analyse(aircraft, design, watch)
+    stuck = stuck_wings(aircraft, watch_stuck)
     with paper_style():
         figures = {
             "margins.png": margin_maps(margin_table(points)),
@@ -67,7 +71,7 @@ def write_report(
         }
         written = [save(figure, out / name) for name, figure in figures.items()]
     file = out / "README.md"
-    file.write_text(page(aircraft.source_file.name, points), encoding="utf-8")
+    file.write_text(page(aircraft.source_file.name, points, stuck), encoding="utf-8")
     return [file, *written]
 
 
@@ -87,7 +91,7 @@ def margin_table(points: Sequence[PointAnalysis]) -> MarginTable:
     return MarginTable(loops, speeds, *table)
 
 
-def page(source: str, points: Sequence[PointAnalysis]) -> str:
+def page(source: str, points: Sequence[PointAnalysis], stuck: Sequence[StuckWing]) -> str:
     """The page as Markdown, its figures beside it."""
     table = margin_table(points)
     held = [point for point in points if point.held]
@@ -131,6 +135,8 @@ def page(source: str, points: Sequence[PointAnalysis]) -> str:
         _cells(table),
         _together(held, table.airspeeds),
         *(f"![{name.removesuffix('.png')}]({name})\n\n*{caption}*" for name, caption in CAPTIONS.items()),
+        "## A wing that is stuck",
+        stuck_wing_section(stuck),
         "## How it is measured",
         method,
         "## The points",

@@ -35,13 +35,23 @@ from vehicle_model.state import (
 )  # fmt: skip
 from vehicle_model.trim import balance_motors, no_load_speed, still_air
 
-__all__ = ["BALANCED", "CASES", "StuckCase", "StuckFlight", "StuckWing", "stuck_wing", "stuck_wings"]
+__all__ = [
+    "BALANCED",
+    "CASES",
+    "StuckCase",
+    "StuckFlight",
+    "StuckWing",
+    "stuck_wing",
+    "stuck_wing_section",
+    "stuck_wings",
+]
 
 BALANCED = 1e-7  # of the weight (moments: of the weight times one metre): less is a trim
 REARWARD, FORWARD = -10.0, 30.0  # speeds looked at [m/s]
 DEEPEST_SINK = 15.0  # [m/s]
 STEEPEST_BANK = math.radians(20.0)
 LEFT = 0
+ANGLE_STEP = 15  # between two angles of the report [deg]
 
 # Unknowns, and where in them they stand.
 ROTORS, DROOP, AILERON, ELEVATOR_ANGLE, TAIL, ROLL, PITCH, AHEAD, SINK = slice(0, 2), 2, 3, 4, 5, 6, 7, 8, 9
@@ -148,15 +158,29 @@ class _Problem:
         moment = self.inertia @ self.rate[RATES : RATES + 3] / self.weight
         return np.concatenate([force, moment, short / (TORQUE_SCALE * self.weight)])
 
-    def search(self, start: np.ndarray, fixed: dict[int, float]) -> tuple[float, np.ndarray]:
-        """Bounded least squares with some unknowns fixed: what is left unbalanced, and where."""
+    def search(self, start: np.ndarray, fixed: dict[int, float], pull: float = 0.0) -> tuple[float, np.ndarray]:
+        """Bounded least squares with some unknowns fixed: what is left unbalanced, and where.
+
+        A light `pull` lets the tail rotor do little, where the elevator can do the same.
+        """
         from scipy.optimize import least_squares  # slow to import, needed rarely
 
-        low, high = self.lower - 1e-13, self.upper + 1e-13
+        x = np.clip(start, self.lower, self.upper)
         for index, value in fixed.items():
-            low[index], high[index] = value - 1e-13, value + 1e-13
-        x = np.clip(start, low + 1e-14, high - 1e-14)
-        x = least_squares(self.balance, x, bounds=(low, high), xtol=1e-14, ftol=1e-14, gtol=1e-14, max_nfev=80).x
+            x[index] = value
+        free = [index for index in range(len(x)) if index not in fixed and self.upper[index] > self.lower[index]]
+
+        def residuals(values: np.ndarray) -> np.ndarray:
+            x[free] = values
+            return np.append(self.balance(x), pull * x[TAIL])
+
+        low, high = self.lower[free], self.upper[free]
+        # The answers lie at limits; steps to the inside only, as of the method "trf", end before them.
+        found = least_squares(
+            residuals, np.clip(x[free], low + 1e-9, high - 1e-9), bounds=(low, high), method="dogbox",
+            xtol=1e-14, ftol=1e-14, gtol=1e-14, max_nfev=60,
+        )  # fmt: skip
+        residuals(found.x)
         return float(np.abs(self.balance(x)).max()), x
 
     def searches(self, fixed: dict[int, float]) -> list[tuple[float, np.ndarray]]:
@@ -182,7 +206,10 @@ class _Problem:
                     break
             else:
                 step *= 0.4
-        return self.flight(best)
+        fixed = {**fixed, index: float(best[index])}
+        _, rested = self.search(best, fixed, pull=1e-3)
+        left, rested = self.search(rested, fixed)
+        return self.flight(rested if left < BALANCED else best)
 
     def flight(self, x: np.ndarray) -> StuckFlight:
         residual = float(np.abs(self.balance(x)).max())
@@ -213,10 +240,56 @@ def stuck_wing(aircraft: Aircraft, angle: float, case: StuckCase = CASES[0]) -> 
     return StuckWing(angle, case, None, None, least, unbalanced)
 
 
-def stuck_wings(
-    aircraft: Aircraft,
-    angles: Sequence[float],
-    watch: Callable[[list[float]], Iterable[float]] = iter,
-) -> list[StuckWing]:
-    """All CASES at each angle [rad], angle by angle; `watch` passes the angles on and may show progress."""
-    return [stuck_wing(aircraft, angle, case) for angle in watch(list(angles)) for case in CASES]
+def stuck_wings(aircraft: Aircraft, watch: Callable[[list[float]], Iterable[float]] = iter) -> list[StuckWing]:
+    """All CASES at every ANGLE_STEP of the tilt's travel, angle by angle; about 2 s for each.
+
+    `watch` passes the angles [rad] on and may show progress.
+    """
+    tilt = aircraft.vehicle[0]["servos"][0]
+    first = math.ceil(math.degrees(tilt["minimum"]) / ANGLE_STEP)
+    last = math.floor(math.degrees(tilt["maximum"]) / ANGLE_STEP)
+    angles = [math.radians(ANGLE_STEP * k) for k in range(first, last + 1)]
+    return [stuck_wing(aircraft, angle, case) for angle in watch(angles) for case in CASES]
+
+
+def stuck_wing_section(wings: Sequence[StuckWing]) -> str:
+    """What was found for every angle and case, as Markdown."""
+    cases = list(dict.fromkeys(wing.case for wing in wings))
+    angles = list(dict.fromkeys(wing.angle for wing in wings))
+    found = {(wing.angle, wing.case): wing for wing in wings}
+    none = [wing for wing in wings if wing.unbalanced >= BALANCED]
+    verdict = (
+        f"Not every angle leaves level flight: {len(none)} of {len(wings)} have none, with what the best of "
+        f"{len(STARTS)} searches leaves unbalanced as the certificate."
+        if none
+        else f"Level flight exists at every one of these angles (unbalanced: below {BALANCED:g} of the weight), so no "
+        "descent is forced by the trim."
+    )
+    text = (
+        f"The laws incline a stuck wing by the fuselage, within ±{math.degrees(STUCK_PITCH):.0f}° of pitch. Slowest "
+        "and fastest level flight straight ahead in still air, all six balances met and every motor within its limits; "
+        "behind it pitch and shaft power. Negative speed is rearward: into a wind from behind. "
+        f"The search ends at {REARWARD:g} and {FORWARD:g} m/s (≤, ≥). {verdict}"
+    )
+    rows = ["| stuck at | " + " | ".join(case.name for case in cases) + " |", "|--:" + "|---" * len(cases) + "|"]
+    for angle in angles:
+        cells = [_cell(found[angle, case]) for case in cases]
+        rows.append(f"| {math.degrees(angle):.0f}° | " + " | ".join(cells) + " |")
+    return text + "\n\n" + "\n".join(rows)
+
+
+def _cell(wing: StuckWing) -> str:
+    slow, fast, least = wing.slowest, wing.fastest, wing.least_sink
+    if slow is not None and fast is not None:
+        # A hair inside the ends counts as at them.
+        below = "≤ " if slow.ahead < REARWARD + LAST_STEP else ""
+        above = "≥ " if fast.ahead > FORWARD - LAST_STEP else ""
+        return f"{below}{_ahead(slow)} to {above}{_ahead(fast)}"
+    certificate = f"level flight leaves {wing.unbalanced:.2g} of the weight"
+    if least is None:
+        return f"none, nor a descent to {DEEPEST_SINK:g} m/s; {certificate}"
+    return f"none: least sink {least.sink:.2f} m/s at {_ahead(least)}; {certificate}"
+
+
+def _ahead(flight: StuckFlight) -> str:
+    return f"{flight.ahead:.1f} m/s ({math.degrees(flight.pitch):+.0f}°, {flight.power:.0f} W)"

@@ -13,12 +13,12 @@ from sitl.control.design_names import (
 from sitl.control.guidance import horizontal_demand, vertical_demand
 from sitl.control.records import Horizontal
 from vehicle_model.compiled import compiled
+from vehicle_model.earth import STANDARD_GRAVITY
 
-__all__ = ["STANDARD_GRAVITY", "acceleration_demand", "advance_reference", "integrate_velocity", "limited"]
+__all__ = ["acceleration_demand", "advance_reference", "integrate_velocity", "limited"]
 
 ACCELERATION = int(Horizontal.ACCELERATION)
 BANK = int(Horizontal.BANK)
-STANDARD_GRAVITY = 9.80665  # [m/s^2]
 TOO_FAST = 1.5  # ahead of the velocity reference: nothing is left for sinking [m/s]
 SINKING = 0.8  # faster than asked for before it counts as a stall, and from there until it wholly does [m/s]
 FURTHEST = 2.5  # that a velocity reference runs ahead of the velocity [m/s]

@@ -37,20 +37,26 @@ class ActuatorWatch:
         craft = vehicle[0]
         rotors = craft["rotors"][: len(MOTORS)]
         self._full_speeds = [float(rotor["battery_voltage"] / rotor["torque_constant"]) for rotor in rotors]
-        self._timers = [Debounce() for _ in MOTORS]
         self.reset()
 
     def reset(self) -> None:
-        """Take all actuators for repaired."""
+        """Take all actuators for repaired.
+
+        The control laws believe in a repaired tilt servo only once it has moved: until then their judgement is old.
+        """
         self.faults: tuple[str, ...] = ()
         self.tilt_stuck = False
+        self._judgement_is_old = True
+        self._timers = [Debounce() for _ in MOTORS]
         self._failed = [False for _ in MOTORS]
 
     def update(self, view: View, level: int) -> tuple[str, ...]:
         """Judge the present moment under the setpoint's `Level`; returns `faults`."""
         if level != Level.DIRECT:  # which commands throttles, not speeds
             self._judge_motors(view)
-        if view.tilt_fault >= 1.0 and not self.tilt_stuck:
+        if view.tilt_fault < 1.0:
+            self._judgement_is_old = False
+        elif not (self.tilt_stuck or self._judgement_is_old):
             self.tilt_stuck = True
             self.faults += (f"tilt servo stuck at {math.degrees(view.tilt):.0f} deg",)
         return self.faults

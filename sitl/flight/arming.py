@@ -45,12 +45,10 @@ class ArmingChecks:
         landed: LandedState,
         mode: Mode,
         *,
-        home_set: bool = True,
         inside_fence: bool = True,
         mission_feasible: bool | None = None,
         faults: tuple[str, ...] = (),
         throttle: float | None = None,
-        airborne_ok: bool = False,
     ) -> list[str]:
         """Every reason not to arm, none if ready.
 
@@ -58,20 +56,14 @@ class ArmingChecks:
             view: the present moment.
             landed: landed state.
             mode: in which the flight would begin.
-            home_set: home is known.
             inside_fence: the vehicle is where the geofence allows it to be.
             mission_feasible: None if there is no mission.
             faults: actuators known to have failed, as `ActuatorWatch.faults`.
             throttle: where the throttle stick is, 0 lowest to 1; None without manual control.
-            airborne_ok: drop what is asked of a vehicle on the ground only, as for one that starts in flight.
         """
         if not _is_known(view):
             return ["position and attitude are not known"]
-        found = self._vehicle_problems(view, faults)
-        if not airborne_ok:
-            found += self._ground_problems(view, landed)
-        if not home_set:
-            found.append("home is not known")
+        found = self._vehicle_problems(view, faults) + self._ground_problems(view, landed)
         if not inside_fence:
             found.append("outside the geofence")
         return found + _mode_problems(mode, mission_feasible, throttle)
@@ -97,7 +89,8 @@ class ArmingChecks:
         found = [f"{fault}: not repaired" for fault in faults]
         least = parameters["COM_ARM_BAT_MIN"]
         if view.battery_remaining < least:
-            found.append(f"battery at {100.0 * view.battery_remaining:.0f} %, at least {100.0 * least:.0f} %")
+            charge = math.floor(1000.0 * view.battery_remaining) / 10.0  # rounded up it might seem enough
+            found.append(f"battery at {charge:g} %, at least {100.0 * least:g} %")
         if view.battery_voltage < self._empty_voltage:
             found.append(f"battery at {view.battery_voltage:.1f} V, empty at {self._empty_voltage:.1f} V")
         if abs(view.tilt - view.tilt_command) > TILT_ERROR:

@@ -219,7 +219,7 @@ class Events:
             self._disarm(reaction.text)
         elif mode == Mode.TAKEOFF:  # interrupted by a lost link: the take-off point is far below by now
             self._enter(Mode.HOLD)
-        elif mode is not None and mode != self.mode:
+        elif mode is not None:
             self._land.place = None
             self._enter(mode)
 

@@ -11,13 +11,13 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 from sitl.flight.debounce import Debounce
+from sitl.flight.messages import Severity
 from sitl.flight.mode import Mode
 from sitl.flight.parameters import Parameters
 from sitl.flight.view import View
 
 __all__ = ["NOTHING", "Action", "Cause", "Failsafes", "Links", "Reaction"]
 
-WARNING, CRITICAL, INFO = 4, 2, 6  # MAV_SEVERITY
 CHARGE_HYSTERESIS = 0.01  # of the charge: it rises a little when propellers drive their motors
 
 
@@ -93,7 +93,7 @@ MODES = {
     Action.LAND: Mode.LAND,
     Action.TERMINATE: Mode.TERMINATION,
 }
-# What a vehicle in these modes does already: a milder action, or the same, changes nothing.
+# What a vehicle in these modes does already: a milder action, or the same, changes nothing (but Hold at the fence).
 DONE_BY = {
     Mode.HOLD: Action.HOLD,
     Mode.RETURN: Action.RETURN,
@@ -270,12 +270,12 @@ class Failsafes:
         if not present:
             del self._alarms[cause]
             if cause in ENDED:
-                self._say(INFO, ENDED[cause])
+                self._say(Severity.INFO, ENDED[cause])
             return
         action = self._action_for(cause, has_pilot)
         if action != Action.NONE:
             self._alarms[cause] = alarm = _Alarm(cause, action, text or RAISED[cause])
-            self._say(WARNING, alarm.text)
+            self._say(Severity.WARNING, alarm.text)
 
     def _action_for(self, cause: Cause, has_pilot: bool) -> Action:
         """What the parameters say."""
@@ -319,12 +319,20 @@ class Failsafes:
         if action <= gravest.done:
             return NOTHING
         gravest.done = action
-        if action <= DONE_BY.get(mode, Action.NONE):
+        already = DONE_BY.get(mode, Action.NONE)
+        # Who holds may be on his way somewhere: at the fence Hold stops him where he is.
+        acts = action > already or (gravest.cause == Cause.FENCE and action == already == Action.HOLD)
+        coming = waits and gravest.action > already
+        steps = [action.name.capitalize()] if acts else []
+        if coming:
+            steps.append(f"{gravest.action.name.capitalize()} in {wait:g} s")
+        if not steps:
+            return NOTHING
+        text = f"{gravest.text}: {', '.join(steps)}"
+        self._say(Severity.CRITICAL, text)
+        if not acts:
             return NOTHING
         self._interrupted = mode if waits and gravest.cause in LINKS else None
-        then = f", {gravest.action.name.capitalize()} in {wait:g} s" if waits else ""
-        text = f"{gravest.text}: {action.name.capitalize()}{then}"
-        self._say(CRITICAL, text)
         return Reaction(action, gravest.cause, text, MODES.get(action))
 
     def _go_on(self, mode: Mode) -> Reaction:
@@ -333,5 +341,5 @@ class Failsafes:
         if interrupted is None or mode != Mode.HOLD:
             return NOTHING
         text = f"{interrupted.title} goes on"
-        self._say(INFO, text)
+        self._say(Severity.INFO, text)
         return Reaction(Action.NONE, text=text, mode=interrupted)

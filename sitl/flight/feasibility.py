@@ -11,12 +11,13 @@ from sitl.flight.mission_pilot import SpeedType
 from sitl.flight.parameters import Parameters
 from sitl.flight.places import LocalFrame
 
-__all__ = ["Problem", "check"]
+__all__ = ["LARGEST_RADIUS", "Problem", "check"]
 
 LONGEST_TIME = 1e6  # [s]
-LARGEST_RADIUS = 10000.0  # of a loiter or acceptance [m]
+LARGEST_RADIUS = 10000.0  # of a loiter, orbit or acceptance [m]
 TAKEOFFS = (Command.TAKEOFF, Command.VTOL_TAKEOFF)
 LANDINGS = (Command.LAND, Command.VTOL_LAND)
+ENDS = (*LANDINGS, Command.RETURN_TO_LAUNCH)  # after which the vehicle stands
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +92,9 @@ def _of_place(command: Command, item: MissionItem, places: LocalFrame, fence: Fe
     height = home.down - place[2]
     if height < 0.0 or (height == 0.0 and command not in LANDINGS):
         yield f"altitude: expected one above the ground, got {height:g} m above home"
-    reason = None if fence is None or item.here else fence.breach(*place)
+    if fence is None:
+        return
+    reason = fence.breach_above(place[2]) if item.here else fence.breach(*place)
     if reason is not None:
         yield f"outside the geofence: {reason}"
 
@@ -173,15 +176,16 @@ def _of_course(items: Sequence[MissionItem], places: LocalFrame, parameters: Par
         return
     yield from _first_place(items, places, parameters)
     yield from _ends(commands, parameters)
-    landed = airborne = False
+    ended = ""  # by what the flight has ended, once it has
+    airborne = False
     cruise: bool | None = None  # unknown until an item sets it: a mission may be begun in any flight
     last: MissionItem | None = None
     for index, (command, item) in enumerate(zip(commands, items, strict=True)):
         if command == Command.DO_LAND_START:
-            landed = False
-        elif landed and command in FLOWN:
-            yield Problem(index, "expected nothing to fly after a landing but another landing (DO_LAND_START)")
-            landed = False
+            ended = ""
+        elif ended and (command in FLOWN or (command == Command.DO_JUMP and item.param2 != 0.0)):
+            yield Problem(index, f"expected nothing to fly after a {ended} but another landing (DO_LAND_START)")
+            ended = ""
         if command in TAKEOFFS and airborne:
             yield Problem(index, "expected a take-off to be flown first")
         if command == Command.DO_VTOL_TRANSITION and not airborne and any(one in TAKEOFFS for one in commands[index:]):
@@ -191,7 +195,8 @@ def _of_course(items: Sequence[MissionItem], places: LocalFrame, parameters: Par
         if command == Command.WAYPOINT and cruise and last is not None:
             yield from _apart(index, last, item, places, parameters)
         cruise = _regime_after(command, item, cruise)
-        landed = landed or command in LANDINGS
+        if command in ENDS:
+            ended = "return" if command == Command.RETURN_TO_LAUNCH else "landing"
         airborne = airborne or command in PLACED
         if command in PLACED:
             last = item if command == Command.WAYPOINT else None
@@ -203,7 +208,7 @@ def _regime_after(command: Command, item: MissionItem, cruise: bool | None) -> b
         return item.param1 == VTOL_FIXED_WING
     if command in TAKEOFFS:
         return command == Command.VTOL_TAKEOFF
-    return False if command in LANDINGS else cruise
+    return False if command in ENDS else cruise
 
 
 def _first_place(items: Sequence[MissionItem], places: LocalFrame, parameters: Parameters) -> Iterator[Problem]:

@@ -81,13 +81,14 @@ class Flight(Rules):
                 self.orbit()
             case _:
                 self._check_mode(mode)
-                if mode != self.mode or mode == Mode.HOLD:
+                waits = mode == Mode.MISSION and self.mission.paused
+                if mode != self.mode or mode == Mode.HOLD or waits:
                     self._take(mode)
 
     def takeoff(self, height: float | None = None) -> None:
         """Climb to a height [m] above where the vehicle stands, by default MIS_TAKEOFF_ALT; once armed, if it is not.
 
-        In flight: Hold.
+        In flight: Hold. Raises Refused for a height that is too low or higher than the fence allows.
         """
         self._check_not_terminated()
         if height is not None and not (math.isfinite(height) and height >= LOWEST):
@@ -96,6 +97,8 @@ class Flight(Rules):
         if self.flying:
             self._take(Mode.HOLD)
             return
+        climb = self.parameters["MIS_TAKEOFF_ALT"] if height is None else height
+        self._check_ceiling(self.view.down - climb)
         self._takeoff.height = height
         self._take(Mode.TAKEOFF)
 
@@ -147,13 +150,14 @@ class Flight(Rules):
     ) -> None:
         """Fly to a point and hold there: hover with a heading, or circle at a radius, by regime.
 
-        Raises Refused on the ground, for a place outside the fence or too low, or an impossible speed.
+        Raises Refused on the ground, for a place outside the fence, too high or too low, an impossible speed or radius,
+        or what is not a finite number.
         """
         self._check_flying("go anywhere")
+        self._check_numbers(north=north, east=east, down=down, heading=heading)
         self._check_inside(north, east, down)
-        if radius is not None and not abs(radius) > 0.0:
-            msg = f"radius: expected one other than 0 m, got {radius:g}"
-            raise Refused(msg)
+        if radius is not None:
+            self._check_radius(radius)
         if speed is not None:
             self._check_speed(speed if self.regime.wing_borne else None, None if self.regime.wing_borne else speed)
         self._take(Mode.HOLD)
@@ -171,11 +175,20 @@ class Flight(Rules):
         radius: float | None = None,
         heading: float | None = None,
     ) -> None:
-        """As `go_to`, to a place on the map; what is not a number is that of the present position."""
+        """As `go_to`, to a place on the map.
+
+        As in MAVLink's DO_REPOSITION latitude and longitude that both are not a number (nan), and an altitude that is
+        none, are those of the present position. Raises Refused for one without the other, or off the map.
+        """
         latitude, longitude, altitude = self.places.to_geodetic(self.view.north, self.view.east, self.view.down)
-        if math.isfinite(latitude_deg) and math.isfinite(longitude_deg):
+        if not (math.isnan(latitude_deg) and math.isnan(longitude_deg)):
+            if not (abs(latitude_deg) <= 90.0 and abs(longitude_deg) <= 180.0):
+                where = f"{latitude_deg:g}, {longitude_deg:g}"
+                msg = f"place: expected latitude and longitude [deg] or neither, got {where}"
+                raise Refused(msg)
             latitude, longitude = latitude_deg, longitude_deg
-        if math.isfinite(altitude_msl):
+        if not math.isnan(altitude_msl):
+            self._check_numbers(altitude=altitude_msl)
             altitude = altitude_msl
         place = self.places.to_ned(latitude, longitude, altitude)
         self.go_to(*place, speed=speed, radius=radius, heading=heading)
@@ -191,14 +204,16 @@ class Flight(Rules):
     ) -> None:
         """Fly around a centre (north, east), by default here, at a radius, clockwise if positive, and a speed.
 
-        Raises Refused on the ground, outside the fence, or for an orbit too tight for its speed and the wind.
+        Raises Refused on the ground, for an orbit that leaves the fence, or one too tight for its speed and the wind.
         """
         self._check_flying("orbit")
+        self._check_numbers(radius=radius, speed=speed, down=down)
         view = self.view
         centre = (view.north, view.east) if centre is None else centre
         radius = self.parameters["NAV_LOITER_RAD"] if radius is None else radius
         down = view.down if down is None else down
-        self._check_inside(*centre, down)
+        self._check_radius(radius)
+        self._check_circle(centre, radius, down)
         cruise = self.regime.wing_borne
         if speed is not None:
             self._check_speed(speed if cruise else None, None if cruise else speed)
@@ -214,7 +229,10 @@ class Flight(Rules):
         self._behaviour.change_speed(airspeed=airspeed, ground_speed=ground_speed)
 
     def change_altitude(self, altitude_msl: float) -> None:
-        """Hold or orbit at another altitude above mean sea level [m]. Raises Refused where nothing holds one."""
+        """Hold or orbit at another altitude above mean sea level [m].
+
+        Raises Refused where nothing holds one, or for one that is too low or higher than the fence allows.
+        """
         self._check_flying("change altitude")
         down = self.places.altitude - altitude_msl
         self._check_height(down)
@@ -267,7 +285,7 @@ class Flight(Rules):
         self._take(Mode.HOLD)
 
     def resume(self) -> None:
-        """Go on with the mission where it was left. Raises Refused if there is none."""
+        """Go on with the mission where it was left, or stands still of itself. Raises Refused if there is none."""
         self.set_mode(Mode.MISSION)
 
     # Streams.

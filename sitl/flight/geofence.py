@@ -66,19 +66,20 @@ class Fence:
     def _corners(self, polygon: FencePolygon) -> list[Point]:
         return [self._places.to_ned(*point, self._places.altitude)[:2] for point in polygon.points]
 
-    def contains(self, north: float, east: float) -> bool:
-        """Whether the areas and the largest distance from home allow a place [m]."""
-        return self._where(north, east) is None
-
     def breach(self, north: float, east: float, down: float) -> str | None:
         """What does not allow a place at a height [m], or None; some microseconds: call it at a few hertz."""
+        return self.breach_above(down) or self.breach_at(north, east)
+
+    def breach_above(self, down: float) -> str | None:
+        """What does not allow a height [m, NED down], or None."""
         highest = self._parameters["GF_MAX_VER_DIST"]
         height = self._places.home.down - down
         if 0.0 < highest < height:
             return f"{height:.0f} m above home, {highest:.0f} m allowed"
-        return self._where(north, east)
+        return None
 
-    def _where(self, north: float, east: float) -> str | None:
+    def breach_at(self, north: float, east: float) -> str | None:
+        """What does not allow a place [m] at any height, or None: the areas, or the largest distance from home."""
         farthest = self._parameters["GF_MAX_HOR_DIST"]
         if farthest > 0.0:
             distance = math.hypot(north - self._places.home.north, east - self._places.home.east)

@@ -2,7 +2,7 @@
 
 No switch feels the ground. That it carries the vehicle follows from what the control laws ask and what happens: they
 ask it to sink with less thrust than hover takes, yet it does not sink. Thrust is then taken away, and a vehicle that
-keeps still without it has landed.
+keeps still without it has landed. So has one that keeps still in a way in which nothing flies: a crashed one.
 """
 
 import math
@@ -33,6 +33,10 @@ STILL_TIME = 0.5  # [s]
 STILL_CLIMB = 0.1  # [m/s]
 STILL_SPEED = 0.3  # far above the creep of a vehicle that the wind pushes over the ground [m/s]
 STILL_RATE = 0.2  # [rad/s]
+CRASHED_TIME = 3.0  # of stillness in which nothing carries, after which a vehicle is down however it lies [s]
+LYING = 0.5  # cosine of the lean of a vehicle that lies, and share of its thrust that may point up
+SINK_DENIED = 0.25  # sink rate that is at least asked for when nothing but the ground can keep the vehicle up [m/s]
+
 HOVER_SPEED = 1.5  # over the ground, faster is no landing [m/s]
 ROLLING_SPEED = 12.0  # unless the vehicle is known to land: with its wing stuck it touches down in forward flight [m/s]
 AIRSPEED_MARGIN = 0.9  # of FW_AIRSPD_MIN: wing-borne flight begins here
@@ -68,6 +72,7 @@ class LandedDetector:
         self._asked = Debounce()
         self._stopped = Debounce()
         self._still = Debounce()
+        self._crashed = Debounce()
         self._powerless = Debounce()
         self._rising = Debounce()
         self._slow = False  # slow enough for a landing
@@ -110,6 +115,13 @@ class LandedDetector:
     def _comes_down(self, view: View, demand: Demand, level: int, landing: bool) -> bool:
         """Whether a vehicle believed to fly stands on the ground; updates `contact` and the hover thrust."""
         speed = math.hypot(view.vn, view.ve)
+        still = (
+            abs(view.vd) < STILL_CLIMB
+            and speed < STILL_SPEED
+            and max(abs(view.p), abs(view.q), abs(view.r)) < STILL_RATE
+        )
+        if self._crashed.held(still and self._cannot_fly(view, demand, level), view.time) >= CRASHED_TIME:
+            return True
         fastest = ROLLING_SPEED if landing else HOVER_SPEED
         # No look at the tilt: hovering against a strong wind the wing lies as flat as in flight.
         if speed > fastest or view.airspeed > AIRSPEED_MARGIN * self._parameters["FW_AIRSPD_MIN"]:
@@ -121,11 +133,6 @@ class LandedDetector:
             self._feel(view, demand, hovers=speed < HOVER_SPEED)
         else:
             self.contact = False
-        still = (
-            abs(view.vd) < STILL_CLIMB
-            and speed < STILL_SPEED
-            and max(abs(view.p), abs(view.q), abs(view.r)) < STILL_RATE
-        )
         stands = self._still.held(still, view.time) >= STILL_TIME
         powerless = still and self._is_powerless(view, demand, level)
         return self._powerless.held(powerless, view.time) >= POWERLESS_TIME and stands
@@ -148,6 +155,19 @@ class LandedDetector:
             carried = asked_long and abs(view.vd) < SINKING and view.thrust < CONTACT_THRUST * self.hover_thrust
             self.contact = self._stopped.held(carried, view.time) >= CONTACT_TIME
 
+    def _cannot_fly(self, view: View, demand: Demand, level: int) -> bool:
+        """Whether no vehicle in the air is still like this, so that one that keeps still is a wreck on the ground.
+
+        It lies on its back or side and the rotors do not point up; or it is to sink, pulls harder than a hover takes,
+        and yet does not: a fallen vehicle that tries to right itself. Settling down is `contact`'s affair.
+        """
+        roll, pitch, tilt = math.cos(view.roll), math.cos(view.pitch), view.tilt
+        upward = math.sin(view.pitch) * math.cos(tilt) + roll * pitch * math.sin(tilt)
+        if roll * pitch < LYING and upward < LYING:
+            return True
+        rate = demand.down_rate if level == Level.VELOCITY else None
+        return rate is not None and rate > SINK_DENIED and view.thrust >= CONTACT_THRUST * self.hover_thrust
+
     def _is_powerless(self, view: View, demand: Demand, level: int) -> bool:
         """Whether there is too little thrust to fly."""
         low = LOW_THRUST * self.hover_thrust
@@ -163,7 +183,7 @@ class LandedDetector:
         """Begin all timing anew."""
         self._slow = False
         self.contact = False
-        for timer in (self._asked, self._stopped, self._still, self._powerless, self._rising):
+        for timer in (self._asked, self._stopped, self._still, self._crashed, self._powerless, self._rising):
             timer.held(False, 0.0)
 
 

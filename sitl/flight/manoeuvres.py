@@ -12,8 +12,14 @@ from sitl.flight.landed import LandedState
 from sitl.flight.parameters import Parameters
 from sitl.flight.regime import wing_borne
 from sitl.flight.view import View
+from vehicle_model.earth import STANDARD_GRAVITY
 
 __all__ = [
+    "ARRIVAL",
+    "ARRIVAL_TIME",
+    "NEAR",
+    "SLOW",
+    "STANDSTILL",
     "ForcedLanding",
     "Hold",
     "Landing",
@@ -28,7 +34,6 @@ __all__ = [
 
 Place = tuple[float, float]  # north, east [m]
 
-GRAVITY = 9.80665  # [m/s^2]
 UPRIGHT = math.radians(75.0)  # tilt from which a vertical take-off can begin
 STANDSTILL = 0.5  # ground speed at which braking ends [m/s]
 BRAKING_TIME = 40.0  # after which a vehicle that cannot stop holds where it is [s]
@@ -72,8 +77,9 @@ class Manoeuvre:
     def smallest_radius(self, cruise: bool, wind: float) -> float:
         """Smallest radius [m] that can be kept in a wind [m/s]: at FW_R_LIM on the wing, at 0.2 g in hover."""
         if cruise:
-            return (self.airspeed + wind) ** 2 / (GRAVITY * math.tan(math.radians(self.parameters["FW_R_LIM"])))
-        return max(self.ground_speed**2 / (0.2 * GRAVITY), 1.0)
+            steepest = math.tan(math.radians(self.parameters["FW_R_LIM"]))
+            return (self.airspeed + wind) ** 2 / (STANDARD_GRAVITY * steepest)
+        return max(self.ground_speed**2 / (0.2 * STANDARD_GRAVITY), 1.0)
 
     def nose(self, heading: float) -> None:
         """Keep the nose of a hovering vehicle at a heading [rad], or in the wind if WV_EN says so."""
@@ -149,11 +155,12 @@ class Hold(Manoeuvre):
     def _brake(self, view: View) -> None:
         self.demand.velocity((0.0, 0.0, 0.0))
         self.demand.altitude(self.down)
-        if wing_borne(view, self.parameters):
+        speed = math.hypot(view.vn, view.ve)
+        if speed > SLOW and wing_borne(view, self.parameters):
             self.heading = view.yaw  # the nose stays in the airflow until the rotors carry
         else:
             self.demand.heading(self.heading)
-        stopped = math.hypot(view.vn, view.ve) <= STANDSTILL
+        stopped = speed <= STANDSTILL
         if stopped or view.time - self._since > BRAKING_TIME:
             self._braking = False
             self.point = (view.north, view.east)
@@ -170,11 +177,11 @@ class Takeoff(Manoeuvre):
         self.heading = view.yaw
         self._ready = False
 
-    def update(self, view: View) -> bool:
+    def update(self, view: View, landed_state: LandedState) -> bool:
         """Ask for the next moment of it; True once the height is reached, within NAV_MC_ALT_RAD."""
         if not self._ready:
             # On the ground the wing swings up first; the laws do that while the motors idle.
-            self._ready = view.tilt >= UPRIGHT
+            self._ready = view.tilt >= UPRIGHT or landed_state != LandedState.ON_GROUND
             if not self._ready:
                 self.demand.idle()
                 return False
@@ -196,13 +203,18 @@ class Landing(Manoeuvre):
     sinking until the vehicle stands, wherever the ground really is.
     """
 
-    def start(self, view: View, point: Place, ground_down: float) -> None:
-        """Begin a landing at `point`, whose ground lies at `ground_down` [m, NED down]."""
+    def start(
+        self, view: View, point: Place, ground_down: float, *, cruise: bool = False, heading: float = math.nan
+    ) -> None:
+        """Begin a landing at `point`, whose ground lies at `ground_down` [m, NED down]; `cruise`: on the wing.
+
+        `heading` [rad] is that of the landing; not a number: that of the arrival.
+        """
         self.usual_speeds()
-        self.cruise = wing_borne(view, self.parameters)
+        self.cruise = cruise
         self.point = point
         self.ground_down = ground_down
-        self.heading = view.yaw
+        self.heading = heading
         self.descending = False
         self._down = min(view.down, ground_down)
         self._near_since = math.inf
@@ -224,13 +236,15 @@ class Landing(Manoeuvre):
         self.demand.point((*self.point, self._down), speed=self.speed, cruise=self.cruise)
         if self.cruise:
             return
-        if wing_borne(view, self.parameters):
+        near = arrived(view, self.point, NEAR, SLOW)
+        if near and math.isnan(self.heading):
             self.heading = view.yaw
-            return
-        self.nose(self.heading)
-        if not arrived(view, self.point, NEAR, SLOW):
+        if not math.isnan(self.heading):
+            self.nose(self.heading)
+        if not near:
             self._near_since = math.inf
-        elif self._near_since == math.inf:
+            return
+        if self._near_since == math.inf:
             self._near_since = view.time
         waited = view.time - self._near_since > ARRIVAL_TIME
         self.descending = waited or arrived(view, self.point, ARRIVAL, STANDSTILL)

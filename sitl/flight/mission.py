@@ -13,13 +13,13 @@ from sitl.flight.demand import Demand
 from sitl.flight.feasibility import Problem, check
 from sitl.flight.geofence import Fence
 from sitl.flight.landed import LandedState
+from sitl.flight.messages import Severity
 from sitl.flight.mission_ends import VTOL_FIXED_WING, Climb, GoHome, GroundTakeoff, Land, ToCruise, ToHover, VtolTakeoff
 from sitl.flight.mission_items import CONDITIONS, FLOWN, LOITERS, PLACED, Command, Frame, MissionItem, place_of
 from sitl.flight.mission_pilot import MissionPilot, Say, SpeedType
-from sitl.flight.mission_steps import INFO, Ahead, Loiter, Stay, Step, Turn, Waypoint
+from sitl.flight.mission_steps import Ahead, Loiter, Stay, Step, Turn, Waypoint
 from sitl.flight.parameters import Parameters
 from sitl.flight.places import LocalFrame, Ned
-from sitl.flight.regime import wing_borne
 from sitl.flight.view import View
 
 __all__ = ["InfeasibleMissionError", "Mission"]
@@ -92,31 +92,31 @@ class Mission:
         problems = check(items, self._places, self._parameters, self.fence)
         if problems:
             raise InfeasibleMissionError(problems)
-        old = self.items[self.current] if self._step is not None and not self.finished else None
+        begun = self._step is not None or self._lift is not None
+        old = self.items[self.current] if begun and not self.finished else None
         self.items = tuple(items)
         goes_on = old is not None and self.current < len(items) and items[self.current] == old
         if not goes_on:
             self._reset(0)
         self._changed = goes_on
         if any(item.command in PLACED and Frame(item.frame).above_terrain for item in items):
-            self._say(INFO, "Mission: the ground is flat, heights above terrain are heights above home")
+            self._say(Severity.INFO, "Mission: the ground is flat, heights above terrain are heights above home")
 
-    def start(self, view: View, first: int = 0, *, cruise: bool | None = None) -> None:
-        """Begin at an item, with the usual speeds; `cruise`: wing-borne, None: as the vehicle flies now.
-
-        Raises ValueError if there is no such item.
-        """
+    def start(self, view: View, first: int = 0, *, cruise: bool) -> None:
+        """Begin at an item, with the usual speeds, wing-borne or hovering; raises ValueError if there is none."""
         self._check_number(first)
         self._reset(first)
-        self._pilot.cruise = wing_borne(view, self._parameters) if cruise is None else cruise
+        self._pilot.cruise = cruise
         self._pilot.begin(view)
 
-    def resume(self, view: View, *, cruise: bool | None = None) -> None:
-        """Go on with the current item from where the vehicle is; `cruise` as in `start`."""
-        self._pilot.cruise = wing_borne(view, self._parameters) if cruise is None else cruise
+    def resume(self, view: View, *, cruise: bool) -> None:
+        """Go on with the current item from where the vehicle is, wing-borne or hovering."""
+        self._pilot.cruise = cruise
         self._pilot.came_from = (view.north, view.east, view.down)
         self._pilot.forget()
         self._step = None
+        if self._lift is not None:
+            self._lift = Climb(self._pilot, self._lift.down, view)
         self.paused = False
 
     def jump_to(self, index: int) -> None:
@@ -141,7 +141,7 @@ class Mission:
         """Ask the control laws for the next moment of the mission."""
         landed = self.landed_state
         self._pilot.limits()
-        if self._step is None:
+        if self._step is None and self._lift is None:
             self._proceed(view, landed)
         if self._lift is not None:
             if not self._lift.update(view, landed):
@@ -168,7 +168,7 @@ class Mission:
         else:
             self.paused = True
             self._step = Stay(self._pilot, Ahead(None, flows=False), math.inf, view)
-            self._say(INFO, f"Mission paused after item {self.current}")
+            self._say(Severity.INFO, f"Mission paused after item {self.current}")
         self.current += 1
 
     def _proceed(self, view: View, landed: LandedState) -> None:
@@ -196,7 +196,7 @@ class Mission:
         self.finished = True
         self.current = max(len(self.items) - 1, 0)
         self._step = Stay(self._pilot, Ahead(None, flows=False), math.inf, view)
-        self._say(INFO, "Mission finished")
+        self._say(Severity.INFO, "Mission finished")
 
     def _hold_back(self) -> None:
         """Put a condition and the DO items after it aside, if there are any, until they are released on the way."""
@@ -243,8 +243,9 @@ class Mission:
             in_frame = MissionItem(item.command, int(item.param2))
             pilot.came_from = (*pilot.came_from[:2], in_frame.down(item.param1, self._places))
         elif item.command == Command.DO_SET_HOME:
-            here = (view.north, view.east, view.down)
-            self._places.home.move(*(here if item.param1 == 1.0 else place_of(item, self._places, here)))
+            home = self._places.home
+            below = (view.north, view.east, home.down)  # the ground is as high as home, all over
+            home.move(*(below if item.param1 == 1.0 else place_of(item, self._places, below)))
         elif item.command == Command.DO_VTOL_TRANSITION:
             self.cruise = item.param1 == VTOL_FIXED_WING
         return index + 1

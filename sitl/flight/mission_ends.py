@@ -5,12 +5,13 @@ from dataclasses import replace
 from enum import IntEnum
 
 from sitl.flight.landed import LandedState
-from sitl.flight.manoeuvres import Hold, Landing, Takeoff, arrived
+from sitl.flight.manoeuvres import NEAR, SLOW, Hold, Landing, Takeoff, arrived
+from sitl.flight.messages import Severity
 from sitl.flight.mission_items import MissionItem
 from sitl.flight.mission_pilot import MissionPilot
-from sitl.flight.mission_steps import INFO, Ahead, Step, Waypoint, angle_between, given
+from sitl.flight.mission_steps import Ahead, Step, Waypoint, angle_between, given
 from sitl.flight.places import Ned
-from sitl.flight.regime import REACHED, wing_borne
+from sitl.flight.regime import REACHED
 from sitl.flight.returning import Return
 from sitl.flight.view import View
 
@@ -23,7 +24,6 @@ VTOL_MULTICOPTER, VTOL_FIXED_WING = 3, 4  # MAV_VTOL_STATE
 ALIGNED = math.radians(10.0)  # heading error with which a transition begins
 ALIGNING_TIME = 15.0  # after which it begins all the same: the wind may not let the nose turn [s]
 FAR = 1000.0  # of the far end of a leg that has a direction only [m]
-NEAR, SLOW = 10.0, 3.0  # an approach on the wing has come to its hovering end [m, m/s]
 
 
 class TransitionHeading(IntEnum):
@@ -61,21 +61,19 @@ class Climb:
     """A vertical climb in hover, from the ground or from where the vehicle hovers; nothing to do on the wing."""
 
     def __init__(self, pilot: MissionPilot, down: float, view: View) -> None:
-        self._pilot, self._down = pilot, down
+        self._pilot, self.down = pilot, down
         self._takeoff = Takeoff(pilot.parameters, pilot.demand)
         self._takeoff.start(view, down)
-        self._idle = wing_borne(view, pilot.parameters)
-        if not self._idle:
-            pilot.cruise = False
+        self._idle = pilot.cruise
 
     def update(self, view: View, landed: LandedState) -> bool:
         """True once the height is reached."""
-        if self._idle or (landed != LandedState.ON_GROUND and view.down <= self._down):
+        if self._idle or (landed != LandedState.ON_GROUND and view.down <= self.down):
             done = True
         else:
-            done = self._takeoff.update(view)
+            done = self._takeoff.update(view, landed)
         if done:
-            self._pilot.came_from = (view.north, view.east, self._down)
+            self._pilot.came_from = (view.north, view.east, self.down)
         return done
 
 
@@ -104,12 +102,12 @@ class ToCruise(Step):
         """As the base says."""
         _ = landed
         pilot = self.pilot
-        if wing_borne(view, pilot.parameters) and self._start is None:
-            self._start = (view.north, view.east, self._down)
-            self.heading = math.atan2(view.ve, view.vn)
-        if self._start is None and not self._align(view):
-            return False
         if self._start is None:
+            if pilot.cruise:  # already: go straight on
+                fast = math.hypot(view.vn, view.ve) > SLOW  # else the wind outweighs the airspeed: no course to keep
+                self.heading = math.atan2(view.ve, view.vn) if fast else view.yaw
+            elif not self._align(view):
+                return False
             self._start = (view.north, view.east, self._down)
         pilot.cruise = True
         end = (
@@ -218,7 +216,7 @@ class Land(Step):
         self._approach = (*self.place[:2], pilot.came_from[2] if math.isnan(approach) else approach)
         self._began = False
         self._landing = Landing(pilot.parameters, pilot.demand)
-        pilot.say(INFO, "Landing")
+        pilot.say(Severity.INFO, "Landing")
 
     @property
     def landing(self) -> bool:
@@ -240,9 +238,7 @@ class Land(Step):
                 return False
             self._began = True
             pilot.cruise = False
-            landing.start(view, self._approach[:2], self.place[2])
-            if not math.isnan(self.heading):
-                landing.heading = self.heading
+            landing.start(view, self._approach[:2], self.place[2], heading=self.heading)
         return landing.update(view, landed)
 
 
@@ -253,7 +249,7 @@ class GoHome(Step):
         super().__init__(pilot, ahead)
         home = pilot.places.home
         self._return = Return(pilot.parameters, pilot.demand)
-        self._return.start(view, (home.north, home.east), home.down)
+        self._return.start(view, (home.north, home.east), home.down, cruise=pilot.cruise)
 
     @property
     def landing(self) -> bool:

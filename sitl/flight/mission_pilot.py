@@ -9,12 +9,11 @@ from sitl.flight.mission_items import MissionItem, place_of
 from sitl.flight.parameters import Parameters
 from sitl.flight.places import LocalFrame, Ned
 from sitl.flight.view import View
+from vehicle_model.earth import STANDARD_GRAVITY
 
-__all__ = ["GRAVITY", "MissionPilot", "Say", "SpeedType"]
+__all__ = ["MissionPilot", "Say", "SpeedType"]
 
 Say = Callable[[int, str], None]  # severity as MAV_SEVERITY, text
-
-GRAVITY = 9.80665  # [m/s^2]
 
 
 class SpeedType(IntEnum):
@@ -113,7 +112,7 @@ class MissionPilot:
     def turn_radius(self, view: View) -> float:
         """Radius [m] of the tightest circle on the wing that FW_R_LIM allows in this wind, down-wind side included."""
         over_ground = self.airspeed(view) + math.hypot(view.wind_north, view.wind_east)
-        return over_ground * over_ground / (GRAVITY * math.tan(math.radians(self.parameters["FW_R_LIM"])))
+        return over_ground * over_ground / (STANDARD_GRAVITY * math.tan(math.radians(self.parameters["FW_R_LIM"])))
 
     def height_tolerance(self) -> float:
         """Height error within which a place is reached [m]."""

@@ -9,10 +9,12 @@ from dataclasses import dataclass
 
 from sitl.flight.landed import LandedState
 from sitl.flight.manoeuvres import Hold
+from sitl.flight.messages import Severity
 from sitl.flight.mission_items import Command, MissionItem
-from sitl.flight.mission_pilot import GRAVITY, MissionPilot
+from sitl.flight.mission_pilot import MissionPilot
 from sitl.flight.places import Ned
 from sitl.flight.view import View
+from vehicle_model.earth import STANDARD_GRAVITY
 
 __all__ = ["Ahead", "Loiter", "Stay", "Step", "Turn", "Waypoint", "angle_between", "given"]
 
@@ -23,7 +25,6 @@ ON_COURSE = math.radians(10.0)  # course error with which a loiter is left towar
 HEADED = math.radians(5.0)  # heading error with which a turn on the spot is done
 ENTRY = 2.0  # distance from a circle at which its tangent has met it [m]
 TURN_RATE = math.radians(30.0)  # of a turn on the spot whose item names none [rad/s]
-INFO = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +130,7 @@ class Waypoint(Step):
         to_go = north * self._along[0] + east * self._along[1]
         early = 0.0
         if pilot.cruise and not self._stops:
-            radius = (view.vn * view.vn + view.ve * view.ve) / (GRAVITY * CORNER_BANK)
+            radius = (view.vn * view.vn + view.ve * view.ve) / (STANDARD_GRAVITY * CORNER_BANK)
             early = min(radius * self._half_turn, self._room)
         return near or to_go <= early
 
@@ -173,7 +174,7 @@ class Loiter(Step):
         least = self.pilot.turn_radius(view)
         if self.pilot.cruise and abs(self.radius) < least:
             text = f"Loiter radius {abs(self.radius):.0f} m is too tight in this wind: flying {least:.0f} m"
-            self.pilot.say(INFO, text)
+            self.pilot.say(Severity.INFO, text)
             self.radius = math.copysign(least, self.radius)
 
     def _tangent(self, view: View) -> tuple[Ned, Ned] | None:
@@ -291,7 +292,7 @@ class Turn(Step):
         self._from, self._turn, self._began = view.yaw, turn, view.time
         self._rate = math.radians(item.param2) if item.param2 > 0.0 else TURN_RATE
         if pilot.cruise:
-            pilot.say(INFO, "Heading cannot be chosen wing-borne: item passed over")
+            pilot.say(Severity.INFO, "Heading cannot be chosen wing-borne: item passed over")
         else:
             pilot.heading = math.remainder(self._from + turn, 2.0 * math.pi)
 

@@ -10,7 +10,7 @@ class Mode(IntEnum):
 
     MANUAL = 0  # sticks to surfaces, tilt and throttles
     STABILIZED = 1  # sticks to attitude and thrust
-    ALTITUDE = 2  # sticks to acceleration or bank; height held
+    ALTITUDE = 2  # sticks to motion through the air, or bank; height held
     POSITION = 3  # sticks to velocity, or bank and airspeed; position or track held
     HOLD = 4  # hovers at a point or circles around it, by regime
     TAKEOFF = 5

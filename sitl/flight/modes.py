@@ -93,9 +93,9 @@ class TakeoffMode(Behaviour):
         """The point over which it climbs, and the height to which it does [m, NED down]."""
         return self._takeoff.point, self._takeoff.down
 
-    def update(self, view: View, landed_state: LandedState) -> bool:  # noqa: ARG002
+    def update(self, view: View, landed_state: LandedState) -> bool:
         """Ask for the next moment; True once the height is reached."""
-        return self._takeoff.update(view)
+        return self._takeoff.update(view, landed_state)
 
     def lifts(self, view: View) -> bool:  # noqa: ARG002
         """It does."""
@@ -125,7 +125,7 @@ class LandMode(Behaviour):
         self.cruise = cruise and self._begun
         self._forced.start(self._home.down)
         if self.place is not None:
-            self._landing.start(view, self.place, self._home.down)
+            self._landing.start(view, self.place, self._home.down, cruise=cruise)
         else:
             self._hold.start(view, cruise=False)
 
@@ -170,11 +170,11 @@ class ReturnMode(Behaviour):
         """As the base says."""
         return self._tilt_failed() or (self._mission.landing if self.own_limits else self._return.landing)
 
-    def start(self, view: View, cruise: bool) -> None:  # noqa: ARG002 (the manoeuvre sees for itself)
+    def start(self, view: View, cruise: bool) -> None:
         """Begin with the climb to the return altitude."""
         north, east, ground_down = self._destination(view)
         self._forced.start(ground_down)
-        self._return.start(view, (north, east), ground_down)
+        self._return.start(view, (north, east), ground_down, cruise=cruise)
         self.cruise = self._return.cruise
         self.own_limits = False
         self._land_start = self._mission.land_start_index() if self._parameters["RTL_TYPE"] == 2 else None
@@ -237,7 +237,7 @@ class MissionMode(Behaviour):
     def start(self, view: View, cruise: bool) -> None:
         """Start the mission, or take it up again."""
         if self._begun and not self._mission.finished:
-            self._mission.resume(view)
+            self._mission.resume(view, cruise=cruise)
         else:
             self._mission.start(view, self._first, cruise=cruise)
         self._first = 0

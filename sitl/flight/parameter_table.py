@@ -77,7 +77,9 @@ _NAVIGATION = (
 
 _HOVER = (
     _number("MPC_XY_CRUISE", 5.0, 0.5, 10.0, "m/s", "Ground speed of missions and returns in hover"),
-    _number("MPC_XY_VEL_MAX", 8.0, 0.5, 12.0, "m/s", "Largest ground speed in hover"),
+    _number(
+        "MPC_XY_VEL_MAX", 8.0, 0.5, 12.0, "m/s", "Largest ground speed in hover; airspeed at full stick in Altitude"
+    ),
     _number("MPC_Z_VEL_MAX_UP", 3.0, 0.5, 5.0, "m/s", "Largest climb rate in hover"),
     _number("MPC_Z_VEL_MAX_DN", 2.0, 0.5, 3.0, "m/s", "Largest sink rate in hover"),
     _number("MPC_Z_V_AUTO_UP", 2.5, 0.5, 5.0, "m/s", "Climb rate in hover when no pilot's stick sets it"),

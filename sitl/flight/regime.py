@@ -15,6 +15,7 @@ REACHED = 0.9  # of FW_AIRSPD_MIN: cruise is reached
 SLOWED = 0.75  # of FW_AIRSPD_MIN: cruise is left
 HOVER_TILT = math.radians(55.0)  # steeper than in any flight on the wing
 HOVER_AIRSPEED = 8.0  # below it rotors carry, whatever the tilt [m/s]
+STOPPED = 1.0  # ground speed at which a vehicle that slows down has come to its hover, in whatever wind [m/s]
 
 
 class Regime(IntEnum):
@@ -62,10 +63,12 @@ class RegimeWatch:
                 self.regime = Regime.TO_HOVER
         elif self.regime != Regime.HOVER:
             upright = view.tilt > HOVER_TILT and view.airspeed < REACHED * minimum
-            self.regime = Regime.HOVER if upright or view.airspeed < HOVER_AIRSPEED else Regime.TO_HOVER
+            stopped = math.hypot(view.vn, view.ve) < STOPPED
+            hovers = upright or stopped or view.airspeed < HOVER_AIRSPEED
+            self.regime = Regime.HOVER if hovers else Regime.TO_HOVER
         return self.regime
 
 
 def wing_borne(view: View, parameters: Parameters) -> bool:
-    """Whether the wing carries the vehicle at this moment, whatever it is asked to do."""
+    """Whether the wing carries the vehicle at this moment; in strong wind it does so in a hover too."""
     return view.airspeed >= SLOWED * parameters["FW_AIRSPD_MIN"] and view.tilt < HOVER_TILT

@@ -7,7 +7,6 @@ from sitl.flight.demand import Demand
 from sitl.flight.landed import LandedState
 from sitl.flight.manoeuvres import ARRIVAL, ARRIVAL_TIME, NEAR, SLOW, Hold, Landing, Manoeuvre, Place, arrived
 from sitl.flight.parameters import Parameters
-from sitl.flight.regime import wing_borne
 from sitl.flight.view import View
 
 __all__ = ["Return"]
@@ -36,14 +35,14 @@ class Return(Manoeuvre):
         self._hold = Hold(parameters, demand)
         self._landing = Landing(parameters, demand)
 
-    def start(self, view: View, place: Place, ground_down: float) -> None:
-        """Begin a return to `place`, whose ground lies at `ground_down` [m, NED down]."""
+    def start(self, view: View, place: Place, ground_down: float, *, cruise: bool) -> None:
+        """Begin a return to `place`, whose ground lies at `ground_down` [m, NED down]; `cruise`: on the wing."""
         self.usual_speeds()
         self.place = place
         self.ground_down = ground_down
         self._stay_in_hover = False
         self._phase = _Phase.CLIMB
-        self.cruise = wing_borne(view, self.parameters)
+        self.cruise = cruise
         self._down = min(view.down, ground_down - self.parameters["RTL_RETURN_ALT"])
         if not self.cruise and self._distance(view) <= CLOSE:
             self._down = view.down

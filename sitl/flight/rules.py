@@ -3,6 +3,7 @@
 import math
 
 from sitl.flight.events import Events
+from sitl.flight.feasibility import LARGEST_RADIUS
 from sitl.flight.mode import Mode
 from sitl.flight.refused import Refused
 
@@ -10,6 +11,8 @@ __all__ = ["LOWEST", "Rules"]
 
 TRANSITION_HEIGHT = 10.0  # above home, least for a transition to cruise [m]
 LOWEST = 2.0  # height above home, least to be sent to [m]
+NO_MISSION = "no mission: upload one first"
+CIRCLE_POINTS = 24  # of an orbit that are compared with the fence
 
 
 class Rules(Events):
@@ -35,8 +38,7 @@ class Rules(Events):
         if mode == Mode.RETURN:
             self._check_flying("return")
         if mode == Mode.MISSION and not self.mission.items:
-            msg = "no mission: upload one first"
-            raise Refused(msg)
+            raise Refused(NO_MISSION)
         if mode == Mode.OFFBOARD and not self._has_setpoints:
             msg = "no offboard setpoints: send them first"
             raise Refused(msg, temporary=True)
@@ -45,6 +47,8 @@ class Rules(Events):
             raise Refused(msg, temporary=True)
 
     def _check_item(self, item: int) -> None:
+        if not self.mission.items:
+            raise Refused(NO_MISSION)
         if not 0 <= item < len(self.mission.items):
             msg = f"mission item: expected one of {len(self.mission.items)}, counted from 0, got {item}"
             raise Refused(msg)
@@ -73,20 +77,46 @@ class Rules(Events):
             msg = f"no transition: wind {wind:.0f} m/s, at most {name} = {self.parameters[name]:g} m/s"
             raise Refused(msg, temporary=True)
 
+    def _check_numbers(self, **numbers: float | None) -> None:
+        for name, value in numbers.items():
+            if value is not None and not math.isfinite(value):
+                msg = f"{name}: expected a finite number, got {value:g}"
+                raise Refused(msg)
+
+    def _check_radius(self, radius: float) -> None:
+        if not 0.0 < abs(radius) <= LARGEST_RADIUS:
+            msg = f"radius: expected one other than 0, up to {LARGEST_RADIUS:g} m, got {radius:g} m"
+            raise Refused(msg)
+
     def _check_inside(self, north: float, east: float, down: float | None = None) -> None:
         if not (math.isfinite(north) and math.isfinite(east)):
             msg = f"place: expected finite north and east [m], got {north:g}, {east:g}"
             raise Refused(msg)
-        if not self.fence.contains(north, east):
-            msg = "place is outside the geofence"
+        reason = self.fence.breach_at(north, east)
+        if reason is not None:
+            msg = f"place is outside the geofence: {reason}"
             raise Refused(msg)
         if down is not None:
             self._check_height(down)
+
+    def _check_circle(self, centre: tuple[float, float], radius: float, down: float) -> None:
+        """The circle itself must keep inside; its centre may be something to stay out of."""
+        for i in range(CIRCLE_POINTS):
+            angle = 2.0 * math.pi * i / CIRCLE_POINTS
+            self._check_inside(centre[0] + radius * math.cos(angle), centre[1] + radius * math.sin(angle))
+        self._check_height(down)
 
     def _check_height(self, down: float) -> None:
         height = self.home.down - down
         if not (math.isfinite(height) and height >= LOWEST):
             msg = f"altitude: expected at least {LOWEST:g} m above home, got {height:g} m"
+            raise Refused(msg)
+        self._check_ceiling(down)
+
+    def _check_ceiling(self, down: float) -> None:
+        reason = self.fence.breach_above(down)
+        if reason is not None:
+            msg = f"altitude is outside the geofence: {reason}"
             raise Refused(msg)
 
     def _check_speed(self, airspeed: float | None, ground_speed: float | None) -> None:

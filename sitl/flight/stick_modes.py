@@ -1,6 +1,7 @@
 """Altitude and Position: sticks ask for motion, and what they leave centred is held.
 
-Hovering, the throttle stick climbs and the others accelerate or move the vehicle along its heading. Wing-borne, the
+Hovering, the throttle stick climbs and the others move the vehicle along its heading: through the air in Altitude,
+over the ground in Position. Wing-borne, the
 throttle stick sets the airspeed, the roll stick banks and the pitch stick climbs and sinks.
 """
 
@@ -9,11 +10,13 @@ import math
 from sitl.flight.behaviour import Behaviour
 from sitl.flight.demand import Demand
 from sitl.flight.landed import LandedState
-from sitl.flight.manoeuvres import GRAVITY, Hold, Place, landing_rate
+from sitl.flight.manoeuvres import Hold, Place, landing_rate
 from sitl.flight.manual_input import Sticks, past_dead_zone
 from sitl.flight.parameters import Parameters
 from sitl.flight.places import Home
+from sitl.flight.regime import wing_borne
 from sitl.flight.view import View
+from vehicle_model.earth import STANDARD_GRAVITY
 
 __all__ = ["Altitude", "Position"]
 
@@ -23,7 +26,12 @@ LEVEL_OFF = 0.7  # time in which a climb is taken to end once the stick is centr
 
 
 class Altitude(Behaviour):
-    """Height is held, or changed by a stick; the vehicle drifts with the wind when the sticks are centred."""
+    """Height is held, or changed by a stick; with centred sticks the vehicle comes to rest in the air, and drifts.
+
+    Hovering, a stick asks for the acceleration of a lean, up to MPC_MAN_TILT_MAX, less one against the airspeed and in
+    proportion to it, so that a full stick ends at an airspeed of MPC_XY_VEL_MAX. That takes the place of the vehicle's
+    own drag, which the control laws cancel.
+    """
 
     def __init__(self, parameters: Parameters, demand: Demand, sticks: Sticks, home: Home) -> None:
         self.down: float | None = None  # height held [m], None while a stick changes it
@@ -62,10 +70,20 @@ class Altitude(Behaviour):
         self._turn(view)
         return False
 
-    def _in_hover(self, view: View) -> None:  # noqa: ARG002
-        sticks = self._sticks.now
-        largest = GRAVITY * math.tan(math.radians(self._parameters["MPC_MAN_TILT_MAX"]))
-        self._demand.acceleration(past_dead_zone(sticks.forward) * largest, past_dead_zone(sticks.right) * largest)
+    def _in_hover(self, view: View) -> None:
+        parameters, sticks = self._parameters, self._sticks.now
+        if wing_borne(view, parameters):
+            self.heading = view.yaw  # the nose stays in the airflow until the rotors carry
+        forward, right = past_dead_zone(sticks.forward), past_dead_zone(sticks.right)
+        fullest = max(math.hypot(forward, right), 1.0)
+        largest = STANDARD_GRAVITY * math.tan(math.radians(parameters["MPC_MAN_TILT_MAX"]))
+        fastest = parameters["MPC_XY_VEL_MAX"]
+        sine, cosine = math.sin(view.yaw), math.cos(view.yaw)
+        north, east = view.vn - view.wind_north, view.ve - view.wind_east
+        self._demand.acceleration(
+            largest * (forward / fullest - (north * cosine + east * sine) / fastest),
+            largest * (right / fullest - (east * cosine - north * sine) / fastest),
+        )
 
     def _on_the_wing(self, view: View) -> None:  # noqa: ARG002
         bank = past_dead_zone(self._sticks.now.right) * math.radians(self._parameters["FW_R_LIM"])
@@ -86,11 +104,20 @@ class Altitude(Behaviour):
             self.down = view.down + view.vd * LEVEL_OFF
         self._demand.altitude(self.down)
 
+    @property
+    def _weathervanes(self) -> bool:
+        """Whether the nose turns into the wind while no stick turns it: only where a place is held."""
+        return False
+
     def _turn(self, view: View) -> None:
         turn = past_dead_zone(self._sticks.now.turn)
         if turn != 0.0:
             self.heading = None
             self._demand.yaw_rate(turn * math.radians(self._parameters["MPC_MAN_Y_MAX"]))
+            return
+        if self._weathervanes:
+            self.heading = None
+            self._demand.weathervane()
             return
         if self.heading is None:
             self.heading = view.yaw + view.r * LEVEL_OFF
@@ -114,6 +141,10 @@ class Position(Altitude):
         super().start(view, cruise)
         self._holding = False
         self._course = None
+
+    @property
+    def _weathervanes(self) -> bool:
+        return self._holding and self._hold.settled and self._parameters["WV_EN"] == 1
 
     def _in_hover(self, view: View) -> None:
         sticks = self._sticks.now

@@ -2,7 +2,9 @@
 
 from dataclasses import dataclass
 
-__all__ = ["View"]
+__all__ = ["EVENTS_RATE", "View"]
+
+EVENTS_RATE = 50  # of the flight's updates [Hz]
 
 
 @dataclass(slots=True)

@@ -13,10 +13,9 @@ from sitl.flight.parameters import Parameters
 from sitl.scenario.link_ages import LINKS
 from sitl.scenario.stage import Action, Stage
 from sitl.scenario.words import Argument, arguments
+from vehicle_model.state import SERVO_NAMES
 
 __all__ = ["FORMS", "parse_action"]
-
-SERVOS = ("tilt", "aileron_left", "aileron_right", "elevator")
 
 
 def parse_action(text: str) -> Action:
@@ -145,7 +144,7 @@ FORMS: dict[str, Callable[..., None]] = {
     "altitude HEIGHT": _altitude,
     f"link {'|'.join(LINKS)} up|down": _link,
     "fail motor left|right|tail LOSS": _fail_motor,
-    f"fail {'|'.join(SERVOS)} [DEGREES]": _fail_servo,
+    f"fail {'|'.join(SERVO_NAMES)} [DEGREES]": _fail_servo,
     "repair": lambda stage: stage.repair(),
     "wind NORTH EAST [DOWN]": _wind,
     "parameter NAME VALUE": _parameter,

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sitl.viewer.mesh import Mesh, airfoil, disk, ellipse, join, loft, tube
+from vehicle_model.earth import STANDARD_GRAVITY
 from vehicle_model.state import TILT
 
 if TYPE_CHECKING:
@@ -105,7 +106,7 @@ def airframe(aircraft: "Aircraft") -> Airframe:
         fuselage_point=np.array(vehicle["fuselage_position"]),
         contacts=np.array(contacts),
         size=max(aircraft.wing.span, aircraft.fuselage.length),
-        newtons_per_metre=_arrow_scale(float(vehicle["mass"]) * 9.80665, aircraft.wing.span),
+        newtons_per_metre=_arrow_scale(float(vehicle["mass"]) * STANDARD_GRAVITY, aircraft.wing.span),
     )
 
 

@@ -217,6 +217,7 @@ def test_without_a_map_the_viewers_page_may_fetch_nothing_from_the_internet(
         (["--wind", "nan,0"], "'--wind': expected N,E or N,E,D in m/s, got 'nan,0'"),
         (["--earth", "disk"], "'--earth'"),
         (["--rate", "1"], "'--rate'"),
+        (["--rate", "330"], "a multiple of 50 steps per second, got 330"),
         (["--duration", "nan"], "'--duration'"),
         (["--sysid", "250", "-i", "9"], "'--instance': expected a system id up to 255, got 250 + 9"),
         (["--servos", "0"], "'--servos'"),

@@ -161,8 +161,9 @@ def test_arguments_go_before_the_scenario() -> None:
     assert simulation.flight.parameters["RTL_RETURN_ALT"] == 70.0
     with pytest.raises(ValueError, match="MIS_TAKEOFF_ALT: expected"):
         Simulation(parameters={"MIS_TAKEOFF_ALT": -1.0})
-    with pytest.raises(ValueError, match="rate: expected at least 50"):
-        Simulation(rate=20)
+    for rate in (0, 20, 75, 333):
+        with pytest.raises(ValueError, match=f"rate: expected a multiple of 50 steps per second, got {rate}"):
+            Simulation(rate=rate)
 
 
 def test_a_scenario_is_carried_out_in_its_order(tmp_path: Path) -> None:
@@ -244,6 +245,32 @@ def test_faults_are_the_airframes_and_end_with_a_repair() -> None:
         simulation.fail_motor("middle", 0.1)
     with pytest.raises(ValueError, match="servo: expected one of tilt, aileron_left"):
         simulation.fail_servo("rudder")
+
+
+def test_a_repaired_vehicle_may_be_flown_as_before() -> None:
+    simulation = Simulation(start="trim:0")
+    simulation.fail_servo("tilt", math.radians(60.0))
+    assert simulation.run_until(lambda s: s.flight.mode == Mode.LAND, timeout=10.0)
+    simulation.advance(1.0)
+    simulation.flight.hold()
+    with pytest.raises(Refused, match="tilt servo failed"):
+        simulation.flight.transition(cruise=True)
+    simulation.repair()
+    assert simulation.flight.actuators.faults == ()
+    simulation.flight.transition(cruise=True)
+    assert simulation.run_until(lambda s: s.flight.regime == Regime.CRUISE, timeout=30.0)
+    assert simulation.flight.actuators.faults == ()
+
+
+@pytest.mark.parametrize("motor", ["left", "tail"])
+def test_a_vehicle_that_has_crashed_stops_its_motors(motor: str) -> None:
+    simulation = Simulation(start="trim:0")
+    simulation.flight.go_to(0.0, 0.0, -20.0)
+    assert simulation.run_until(lambda s: -s.snapshot().position_ned[2] < 21.0, timeout=100.0)
+    simulation.fail_motor(motor, 1.0)
+    assert simulation.run_until(lambda s: s.snapshot().on_ground, timeout=30.0)
+    assert simulation.run_until(lambda s: not s.flight.armed, timeout=8.0)
+    assert simulation.flight.on_ground
 
 
 def test_a_silent_ground_station_is_a_lost_link_in_simulated_time() -> None:

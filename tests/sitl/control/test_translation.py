@@ -19,11 +19,11 @@ from sitl.control.design_names import (
 from sitl.control.records import ESTIMATE, GAINS, MEMORY, SETPOINT, Horizontal, Vertical
 from sitl.control.translation import (
     FURTHEST,
-    STANDARD_GRAVITY,
     acceleration_demand,
     advance_reference,
     integrate_velocity,
 )
+from vehicle_model.earth import STANDARD_GRAVITY
 
 DT = 0.02  # coarser than a tick: the formulas know no other difference [s]
 FORWARD, LATERAL, DOWN, SHARE = 1.1, 0.9, 2.0, 0.15

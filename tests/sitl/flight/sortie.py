@@ -14,6 +14,8 @@ from vehicle_model.earth import make_environment
 
 __all__ = ["Sortie", "make_places"]
 
+WING_BORNE = 12.0  # speed from which the follower is put on the wing [m/s]
+
 
 def make_places() -> LocalFrame:
     """Around PX4's home, on a flat Earth."""
@@ -63,7 +65,7 @@ class Sortie:
     def start(self, *items: MissionItem, first: int = 0) -> "Sortie":
         """Load and start a mission."""
         self.mission.load(items)
-        self.mission.start(self.view, first)
+        self.mission.start(self.view, first, cruise=math.hypot(self.view.vn, self.view.ve) > WING_BORNE)
         return self
 
     def update(self, view: View) -> None:

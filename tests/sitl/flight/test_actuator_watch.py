@@ -89,3 +89,17 @@ def test_faults_stay_until_repaired_and_add_up(vehicle: np.ndarray) -> None:
     assert watch_for(watch, sound, 3.0) == ("left motor failed", "tilt servo stuck at 29 deg")
     watch.reset()
     assert watch_for(watch, sound, 3.0) == ()
+
+
+def test_a_repaired_actuator_is_judged_anew_and_not_by_what_was_seen_before(vehicle: np.ndarray) -> None:
+    watch = ActuatorWatch(vehicle)
+    view = View(tilt=0.5, rotor_speed_commands=HOVER, rotor_speeds=(0.0, 560.0, 300.0))
+    watch_for(watch, view, 1.0)
+    view.tilt_fault = 1.0
+    assert len(watch_for(watch, view, 1.0)) == 2
+    watch.reset()
+    assert watch_for(watch, view, 0.4) == (), "the rotor is given its time, the laws wait for the wing to move"
+    view.rotor_speeds, view.tilt_fault = HOVER, 0.5
+    assert watch_for(watch, view, 1.0) == ()
+    view.tilt_fault = 1.0
+    assert watch_for(watch, view, 1.0) == ("tilt servo stuck at 29 deg",)

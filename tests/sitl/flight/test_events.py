@@ -130,3 +130,44 @@ def test_parameter_changed_in_flight_counts_at_once(vehicle):
 def test_unknown_parameter_is_an_error(make_vehicle):
     with pytest.raises(ValueError, match="FW_AIRSPD_TRM: unknown parameter, expected FW_AIRSPD_TRIM"):
         make_vehicle(FW_AIRSPD_TRM=20.0)
+
+
+def test_fence_left_on_the_way_in_hold_stops_the_vehicle_where_it_is(make_vehicle):
+    vehicle = make_vehicle(GF_ACTION=2).begin(height=30.0)
+    flight = vehicle.flight
+    flight.change_altitude(488.0 + 80.0)
+    vehicle.run(1.0)
+    flight.parameters.set("GF_MAX_VER_DIST", 50.0)
+    vehicle.run_until(lambda: flight.breach is not None, timeout=20.0)
+    vehicle.run(20.0)
+    assert flight.mode == Mode.HOLD
+    assert vehicle.view.down == pytest.approx(-50.0, abs=1.0)
+    told = [message.text for message in flight.messages.kept if message.text.endswith("Hold")]
+    assert len(told) == 1
+    flight.change_altitude(488.0 + 40.0)
+    vehicle.run(20.0)
+    assert vehicle.view.down == pytest.approx(-40.0, abs=0.2)
+
+
+def test_hold_lets_a_failsafe_wait_but_not_without_saying_what_comes(make_vehicle):
+    vehicle = make_vehicle(NAV_DLL_ACT=2, COM_FAIL_ACT_T=5.0).begin(height=30.0)
+    vehicle.flight.go_to(30.0, 0.0, -30.0)
+    vehicle.flight.links.ground_station = 11.0
+    vehicle.run(4.0)
+    texts = [message.text for message in vehicle.flight.messages.kept]
+    assert texts == ["Ground station lost", "Ground station lost: Return in 5 s"]
+    assert vehicle.record["position_ned"][0] == 30.0
+    vehicle.run(2.0)
+    assert vehicle.flight.mode == Mode.RETURN
+
+
+def test_vehicle_that_lies_on_its_back_is_down_and_stops_its_motors(vehicle):
+    vehicle.begin(height=30.0)
+    vehicle.flight.land()
+    vehicle.view.down, vehicle.view.roll, vehicle.view.thrust = -0.3, math.radians(175.0), 0.8
+    for _ in range(300):
+        vehicle.view.time += 0.02
+        vehicle.flight.update(vehicle.view)
+    assert not vehicle.flight.armed
+    assert vehicle.record["level"] == 0
+    assert not vehicle.flight.failsafes.causes

@@ -157,6 +157,14 @@ def test_after_a_landing_only_another_landing_may_follow() -> None:
     assert found(TAKEOFF, do(Command.DO_LAND_START), LAND, do(Command.DO_LAND_START), WAYPOINT, LAND) == []
 
 
+def test_nothing_is_flown_after_a_return_nor_by_jumping_back_from_the_ground() -> None:
+    home, again = do(Command.RETURN_TO_LAUNCH), do(Command.DO_JUMP, 1, 1)
+    reason = "expected nothing to fly after a return but another landing (DO_LAND_START)"
+    assert found(TAKEOFF, home, WAYPOINT) == [f"item 2: {reason}"]
+    assert found(TAKEOFF, WAYPOINT, home, again) == [f"item 3: {reason}"]
+    assert found(TAKEOFF, WAYPOINT, again, home, do(Command.DO_LAND_START), LAND) == []
+
+
 def test_take_off_comes_first_and_before_any_transition() -> None:
     assert found(WAYPOINT, TAKEOFF) == ["item 1: expected a take-off to be flown first"]
     forward = do(Command.DO_VTOL_TRANSITION, 4)

@@ -1,6 +1,7 @@
 """What commands to a flight do, from arming to the motors' stop."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -255,9 +256,38 @@ def test_places_that_are_too_low_or_outside_the_fence_are_refused(make_vehicle):
     vehicle = make_vehicle(GF_MAX_HOR_DIST=200.0).begin(height=30.0)
     with pytest.raises(Refused, match="altitude: expected at least 2 m above home, got -5 m"):
         vehicle.flight.go_to(10.0, 0.0, 5.0)
-    with pytest.raises(Refused, match="outside the geofence"):
+    with pytest.raises(Refused, match="place is outside the geofence: 300 m from home, 200 m allowed"):
         vehicle.flight.go_to(300.0, 0.0, -30.0)
     assert vehicle.record["position_ned"][0] == 0.0
+
+
+def test_heights_above_the_fence_are_refused_with_the_reason(make_vehicle):
+    vehicle = make_vehicle(GF_MAX_VER_DIST=50.0)
+    flight = vehicle.flight
+    reason = "altitude is outside the geofence: 60 m above home, 50 m allowed"
+    with pytest.raises(Refused, match=reason):
+        flight.takeoff(59.7)
+    vehicle.begin(height=30.0)
+    latitude, longitude, _ = flight.places.to_geodetic(10.0, 0.0, 0.0)
+    for command in (
+        lambda: flight.go_to(10.0, 0.0, -60.0),
+        lambda: flight.reposition(latitude, longitude, 488.0 + 60.0),
+        lambda: flight.change_altitude(488.0 + 60.0),
+        lambda: flight.orbit((0.0, 0.0), 30.0, 3.0, down=-60.0),
+    ):
+        with pytest.raises(Refused, match=reason):
+            command()
+    assert flight.mode == Mode.HOLD
+    vehicle.run(20.0)
+    assert vehicle.view.down == pytest.approx(-30.0, abs=0.1)
+
+
+def test_orbit_is_refused_where_its_circle_leaves_the_fence(make_vehicle):
+    vehicle = make_vehicle(GF_MAX_HOR_DIST=100.0).begin(height=30.0)
+    with pytest.raises(Refused, match="outside the geofence: 120 m from home"):
+        vehicle.flight.orbit((80.0, 0.0), 40.0, 4.0)
+    vehicle.flight.orbit((50.0, 0.0), 40.0, 4.0)
+    assert vehicle.flight.mode == Mode.ORBIT
 
 
 def test_orbit_flies_around_its_centre_facing_it(vehicle):
@@ -317,6 +347,26 @@ def test_mission_item_that_is_not_there_is_refused(vehicle):
     vehicle.flight.load_mission([waypoint(0.0, 0.0, 20.0, Command.TAKEOFF), waypoint(30.0, 0.0, 20.0)])
     with pytest.raises(Refused, match="mission item: expected one of 2, counted from 0, got 2"):
         vehicle.flight.start_mission(2)
+
+
+def test_without_a_mission_there_is_no_item_to_go_to(vehicle):
+    for command in (vehicle.flight.jump_to, vehicle.flight.start_mission):
+        with pytest.raises(Refused, match=r"^no mission: upload one first$"):
+            command(0)
+
+
+def test_mission_that_waits_after_an_item_without_autocontinue_is_resumed(vehicle):
+    flight = vehicle.flight
+    stop = replace(waypoint(40.0, 0.0, 20.0), autocontinue=False)
+    flight.load_mission([waypoint(0.0, 0.0, 20.0, Command.TAKEOFF), stop, waypoint(40.0, 40.0, 20.0)])
+    flight.start_mission()
+    flight.arm()
+    vehicle.run_until(lambda: flight.mission.paused)
+    vehicle.run(10.0)
+    assert flight.mode == Mode.MISSION
+    flight.resume()
+    vehicle.run_until(lambda: flight.mission.finished, timeout=60.0)
+    assert flight.mission.reached == [0, 1, 2]
 
 
 def test_home_follows_a_vehicle_that_is_armed_elsewhere(vehicle):

@@ -43,15 +43,15 @@ def test_without_areas_and_limits_everywhere_is_inside() -> None:
 
 @pytest.mark.parametrize(("place", "inside"), [((0.0, 99.0), True), ((0.0, 101.0), False), ((-101.0, 0.0), False)])
 def test_polygon_to_stay_in_and_to_stay_out_of(place: tuple[float, float], inside: bool) -> None:
-    assert fence(FencePolygon(on_map(*SQUARE), inclusion=True)).contains(*place) is inside
-    assert fence(FencePolygon(on_map(*SQUARE), inclusion=False)).contains(*place) is not inside
+    assert (fence(FencePolygon(on_map(*SQUARE), inclusion=True)).breach_at(*place) is None) is inside
+    assert (fence(FencePolygon(on_map(*SQUARE), inclusion=False)).breach_at(*place) is None) is not inside
 
 
 def test_polygon_with_a_bay_leaves_the_bay_out() -> None:
     horseshoe = fence(FencePolygon(on_map(*HORSESHOE), inclusion=True))
-    assert horseshoe.contains(200.0, 50.0)
-    assert horseshoe.contains(50.0, 150.0)
-    assert not horseshoe.contains(200.0, 150.0)
+    assert horseshoe.breach_at(200.0, 50.0) is None
+    assert horseshoe.breach_at(50.0, 150.0) is None
+    assert horseshoe.breach_at(200.0, 150.0) is not None
 
 
 def test_any_one_area_to_stay_in_is_enough_but_none_to_stay_out_of_may_hold() -> None:
@@ -60,8 +60,8 @@ def test_any_one_area_to_stay_in_is_enough_but_none_to_stay_out_of_may_hold() ->
         circle(300.0, 0.0, 100.0, inclusion=True),
         circle(300.0, 0.0, 20.0, inclusion=False),
     )
-    assert areas.contains(0.0, 0.0)
-    assert areas.contains(350.0, 0.0)
+    assert areas.breach_at(0.0, 0.0) is None
+    assert areas.breach_at(350.0, 0.0) is None
     assert areas.breach(310.0, 0.0, 0.0) == "inside circle 2 to stay out of"
     assert areas.breach(150.0, 0.0, 0.0) == "outside every area to stay in"
 
@@ -95,7 +95,7 @@ def test_what_is_no_fence_is_refused_and_the_old_one_stays(area: FencePolygon | 
         standing.load(
             (area,) if isinstance(area, FencePolygon) else (), (area,) if isinstance(area, FenceCircle) else ()
         )
-    assert not standing.contains(200.0, 0.0)
+    assert standing.breach_at(200.0, 0.0) is not None
 
 
 def test_polygons_that_touch_themselves_only_at_neighbouring_corners_are_fences() -> None:

@@ -330,3 +330,51 @@ def test_arming_again_counts_anew() -> None:
     assert disarm.update(4.0, True, GROUND) is None
     assert disarm.update(13.0, True, GROUND) is None
     assert disarm.update(14.1, True, GROUND) == "no take-off within 10 s of arming"
+
+
+def crashed_after(view: View, demand: Demand, detector: LandedDetector, seconds: float = 10.0) -> float | None:
+    """When a vehicle that stays as in `view` is taken for down [s], None: not at all."""
+    for tick in range(round(seconds / PERIOD)):
+        view.time = tick * PERIOD
+        if detector.update(view, demand, True) == GROUND:
+            return view.time
+    return None
+
+
+@pytest.mark.parametrize(
+    ("roll", "pitch", "tilt", "down"),
+    [
+        (175.0, 0.0, 54.0, True),
+        (-80.0, 10.0, 90.0, True),
+        (0.0, 85.0, 90.0, True),
+        (0.0, -85.0, 60.0, True),
+        (0.0, 80.0, 10.0, False),  # hangs on its propellers
+        (0.0, -37.0, 118.0, False),
+        (30.0, 0.0, 90.0, False),
+    ],
+)
+def test_only_a_wreck_keeps_still_with_its_rotors_turned_from_up(
+    roll: float, pitch: float, tilt: float, down: bool
+) -> None:
+    for wind in (0.0, 14.0):
+        detector, demand = LandedDetector(Parameters()), Demand()
+        detector.begin(airborne=True)
+        demand.point((0.0, 0.0, -50.0), speed=5.0)
+        view = View(down=-0.3, thrust=0.8, airspeed=wind, tilt=math.radians(tilt))
+        view.roll, view.pitch = math.radians(roll), math.radians(pitch)
+        after = crashed_after(view, demand, detector)
+        assert after == (pytest.approx(3.0, abs=2.0 * PERIOD) if down else None)
+
+
+def test_a_fallen_vehicle_that_pulls_in_vain_is_down_but_not_one_that_moves() -> None:
+    for rate, thrust, speed, down in (
+        (0.4, 0.9, 0.0, True),
+        (0.4, 0.9, 3.0, False),
+        (0.2, 0.9, 0.0, False),
+        (-1.0, 0.9, 0.0, False),
+    ):
+        detector, demand = LandedDetector(Parameters()), Demand()
+        detector.begin(airborne=True)
+        demand.velocity((0.0, 0.0, rate))
+        view = View(down=-0.3, thrust=thrust, vn=speed, roll=math.radians(40.0), tilt=UPRIGHT)
+        assert (crashed_after(view, demand, detector) is not None) is down

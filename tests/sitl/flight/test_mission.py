@@ -92,15 +92,27 @@ def test_speeds_change_in_hover_and_return_to_usual_at_the_next_start() -> None:
     sortie.start(*items).run(10.0)
     assert sortie.view.vn == pytest.approx(2.0, abs=0.1)
     assert sortie.view.vd == pytest.approx(-0.5)
-    sortie.mission.start(sortie.view, 2)
+    sortie.mission.start(sortie.view, 2, cruise=False)
     assert sortie.run(10.0).view.vn == pytest.approx(5.0, abs=0.1)
 
 
 def test_home_set_on_the_way_moves_the_heights_of_the_items_after_it() -> None:
     sortie = hovering()
-    sortie.start(do(Command.DO_SET_HOME, 1), sortie.waypoint(40.0, 0.0, 10.0)).finish()
-    assert sortie.view.down == pytest.approx(-40.0, abs=0.8)  # 10 m above the home set at 30 m
-    assert (sortie.places.home.north, sortie.places.home.down) == pytest.approx((0.0, -30.0), abs=0.1)
+    there = sortie.item(Command.DO_SET_HOME, (20.0, 0.0), 5.0)
+    sortie.start(there, sortie.waypoint(40.0, 0.0, 10.0)).finish()
+    assert sortie.view.down == pytest.approx(-15.0, abs=0.8)  # 10 m above the home set at 5 m
+    assert (sortie.places.home.north, sortie.places.home.down) == pytest.approx((20.0, -5.0), abs=0.1)
+
+
+def test_home_set_here_in_flight_is_on_the_ground_below() -> None:
+    sortie = hovering()
+    at_no_height = sortie.item(Command.DO_SET_HOME, (20.0, 0.0), math.nan)
+    sortie.start(sortie.waypoint(40.0, 0.0, 20.0), do(Command.DO_SET_HOME, 1), do(Command.DELAY, 1.0), at_no_height)
+    home = sortie.until_item(1).places.home
+    assert (home.north, home.down) == pytest.approx((40.0, 0.0), abs=10.0)
+    assert home.down == 0.0
+    sortie.finish()
+    assert (home.north, home.down) == pytest.approx((20.0, 0.0), abs=1e-6)
 
 
 def test_altitude_changed_is_that_of_what_names_none() -> None:
@@ -184,7 +196,7 @@ def test_item_without_autocontinue_pauses_the_mission_until_it_is_resumed() -> N
     sortie.start(stop, sortie.waypoint(60.0, 0.0, 30.0)).until(lambda: sortie.mission.paused).run(30.0)
     assert sortie.distance(30.0, 0.0) < 1.0
     assert (sortie.mission.reached, sortie.mission.current) == ([0], 1)
-    sortie.mission.resume(sortie.view)
+    sortie.mission.resume(sortie.view, cruise=False)
     sortie.finish()
     assert sortie.distance(60.0, 0.0) < 1.5
 
@@ -193,13 +205,42 @@ def test_resume_goes_on_with_the_item_from_where_the_vehicle_is() -> None:
     sortie = flying()
     sortie.start(sortie.waypoint(500.0, 0.0, 50.0), sortie.waypoint(1500.0, 0.0, 50.0)).until_item(0)
     sortie.put(700.0, 400.0, 50.0, speed=20.0)
-    sortie.mission.resume(sortie.view)
+    sortie.mission.resume(sortie.view, cruise=True)
     sortie.run(0.1)
     assert sortie.mission.current == 1
     assert list(sortie.demand.record[0]["start_ned"]) == pytest.approx([700.0, 400.0, -50.0])
     assert sortie.mission.cruise
     sortie.finish()
     assert sortie.mission.reached == [0, 1]
+
+
+def test_first_climb_interrupted_goes_on_from_where_the_vehicle_is() -> None:
+    sortie = Sortie(MIS_TAKEOFF_ALT=20.0)
+    sortie.start(sortie.waypoint(100.0, 0.0, 40.0)).until(lambda: sortie.view.down < -10.0)
+    sortie.put(40.0, 30.0, 10.0)
+    sortie.mission.resume(sortie.view, cruise=False)
+    sortie.until(lambda: sortie.view.down < -18.0)
+    assert sortie.distance(40.0, 30.0) < 0.5
+    sortie.finish()
+    assert sortie.distance(100.0, 0.0) < 1.5
+
+
+def test_item_after_the_first_climb_begins_once() -> None:
+    sortie = Sortie(MIS_TAKEOFF_ALT=20.0)
+    sortie.start(sortie.item(Command.LAND, (50.0, 0.0))).until(lambda: sortie.view.down < -19.0)
+    assert sortie.said == []
+    sortie.finish()
+    assert sortie.said.count("Landing") == 1
+
+
+def test_mission_changed_during_its_first_climb_goes_on_climbing() -> None:
+    sortie = Sortie(MIS_TAKEOFF_ALT=20.0)
+    first = sortie.waypoint(100.0, 0.0, 40.0)
+    sortie.start(do(Command.DO_CHANGE_SPEED, SpeedType.GROUND_SPEED, 2.0, -1.0), first)
+    sortie.until(lambda: sortie.view.down < -10.0)
+    sortie.mission.load((sortie.mission.items[0], first, sortie.waypoint(150.0, 0.0, 40.0)))
+    sortie.finish()
+    assert sortie.mission.reached == [0, 1, 2]
 
 
 def test_jump_to_an_item_is_flown_at_once_from_anywhere() -> None:
@@ -220,7 +261,7 @@ def test_jump_to_an_item_that_is_not_there_is_refused(index: int) -> None:
 
 def test_start_without_items_is_refused() -> None:
     with pytest.raises(ValueError, match="no mission"):
-        flying().mission.start(flying().view)
+        flying().mission.start(flying().view, cruise=True)
 
 
 def test_mission_changed_behind_the_item_being_flown_goes_on_with_it() -> None:
@@ -306,7 +347,7 @@ def test_demand_that_another_mode_has_written_is_written_again_on_resuming() -> 
     sortie = flying()
     sortie.start(sortie.waypoint(1900.0, 0.0, 50.0)).run(3.0)
     sortie.demand.velocity((0.0, 0.0, 0.0))
-    sortie.mission.resume(sortie.view)
+    sortie.mission.resume(sortie.view, cruise=True)
     assert sortie.run(10.0).view.vn == pytest.approx(20.0, abs=0.1)
 
 

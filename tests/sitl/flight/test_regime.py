@@ -14,8 +14,8 @@ def watch():
     return RegimeWatch(Parameters())
 
 
-def moment(airspeed, tilt_deg):
-    return View(airspeed=airspeed, tilt=math.radians(tilt_deg))
+def moment(airspeed, tilt_deg, ground_speed=None):
+    return View(airspeed=airspeed, tilt=math.radians(tilt_deg), vn=airspeed if ground_speed is None else ground_speed)
 
 
 def test_front_transition_ends_near_the_lowest_airspeed(watch):
@@ -33,6 +33,13 @@ def test_back_transition_ends_once_the_rotors_carry(watch):
 
 def test_hover_in_a_strong_wind_stays_hover(watch):
     assert watch.update(False, moment(14.0, 40.0)) == Regime.HOVER
+
+
+def test_back_transition_in_a_strong_headwind_ends_with_the_motion_over_the_ground(watch):
+    watch.begin(cruise=True)
+    assert watch.update(False, moment(16.0, 22.0, ground_speed=4.0)) == Regime.TO_HOVER
+    assert watch.update(False, moment(12.0, 31.0, ground_speed=0.5)) == Regime.HOVER
+    assert watch.update(False, moment(14.0, 27.0, ground_speed=2.0)) == Regime.HOVER  # a gust
 
 
 def test_wing_borne_approach_that_slows_down_to_its_point_shows_as_transition_to_hover(watch):

@@ -4,9 +4,11 @@ import math
 
 import pytest
 
-from sitl.control.records import Horizontal, Level, Vertical
+from sitl.control.records import Horizontal, Level, Vertical, Yaw
 from sitl.flight.manual_input import ManualInput
 from sitl.flight.mode import Mode
+from sitl.flight.regime import Regime
+from sitl.simulation import Simulation
 
 CENTRED = ManualInput()
 
@@ -98,9 +100,9 @@ def test_position_in_cruise_banks_and_then_holds_its_track(vehicle):
     course = math.atan2(vehicle.view.ve, vehicle.view.vn)
     start, end = vehicle.record["start_ned"], vehicle.record["position_ned"]
     assert math.atan2(end[1] - start[1], end[0] - start[0]) == pytest.approx(course, abs=0.02)
-    sequence = vehicle.record["sequence"]
+    leg = [*start[:2], *end[:2]]
     vehicle.run(5.0)
-    assert vehicle.record["sequence"] == sequence
+    assert [*start[:2], *end[:2]] == leg
 
 
 def test_throttle_stick_is_an_airspeed_in_cruise(vehicle):
@@ -122,17 +124,67 @@ def test_pitch_stick_climbs_in_cruise(vehicle):
 
 
 def test_altitude_in_hover_accelerates_along_the_heading(vehicle):
-    vehicle.begin(height=30.0)
+    vehicle.begin(height=30.0, heading=1.0)
     vehicle.flight.set_mode(Mode.ALTITUDE)
     vehicle.flight.manual(ManualInput(forward=1.0, right=-1.0))
-    vehicle.run(0.1)
-    largest = 9.80665 * math.tan(math.radians(20.0))
+    vehicle.flight.update(vehicle.view)
+    largest = 9.80665 * math.tan(math.radians(20.0)) / math.sqrt(2.0)
     assert vehicle.record["horizontal"] == Horizontal.ACCELERATION
     assert tuple(vehicle.record["acceleration"]) == pytest.approx((largest, -largest))
-    vehicle.flight.manual(CENTRED)
-    vehicle.run(0.1)
-    assert tuple(vehicle.record["acceleration"]) == (0.0, 0.0)
     assert vehicle.record["position_ned"][2] == pytest.approx(-30.0)
+
+
+def test_altitude_in_hover_brakes_against_the_air(vehicle):
+    vehicle.begin(height=30.0, heading=math.radians(90.0))
+    vehicle.flight.set_mode(Mode.ALTITUDE)
+    vehicle.flight.manual(CENTRED)
+    vehicle.view.ve, vehicle.view.wind_east, vehicle.view.wind_north = 5.0, 1.0, 2.0
+    vehicle.flight.update(vehicle.view)
+    per_speed = 9.80665 * math.tan(math.radians(20.0)) / 8.0  # MPC_XY_VEL_MAX
+    assert tuple(vehicle.record["acceleration"]) == pytest.approx((-4.0 * per_speed, -2.0 * per_speed))
+
+
+@pytest.mark.parametrize("stick", [ManualInput(forward=1.0), ManualInput(right=-1.0), ManualInput(forward=-1.0)])
+def test_full_stick_in_altitude_ends_near_its_airspeed_and_its_centre_at_rest_in_the_air(stick):
+    simulation = Simulation(wind=(-4.0, 3.0, 0.0))
+    simulation.advance(0.1)
+    simulation.flight.takeoff(30.0)
+    simulation.flight.arm()
+    assert simulation.run_until(lambda s: s.flight.mode == Mode.HOLD and s.flight.flying, 60.0)
+    simulation.set_link("manual_control", True)
+    simulation.flight.manual(stick)
+    simulation.flight.set_mode(Mode.ALTITUDE)
+
+    def through_air():
+        view = simulation.flight.view
+        return math.hypot(view.vn - view.wind_north, view.ve - view.wind_east)
+
+    simulation.advance(15.0)
+    for _ in range(10):
+        simulation.advance(1.0)
+        assert 6.0 < through_air() < 9.0
+    simulation.flight.manual(CENTRED)
+    simulation.advance(10.0)
+    assert through_air() < 0.8
+    assert simulation.flight.regime == Regime.HOVER
+    assert simulation.flight.view.down == pytest.approx(-30.3, abs=1.0)
+
+
+def test_nose_turns_into_the_wind_where_position_holds_a_point(make_vehicle):
+    vehicle = make_vehicle(WV_EN=1).begin(height=30.0)
+    vehicle.flight.set_mode(Mode.POSITION)
+    vehicle.flight.manual(CENTRED)
+    vehicle.run(1.0)
+    assert vehicle.record["yaw"] == Yaw.WEATHERVANE
+    vehicle.flight.manual(ManualInput(turn=1.0))
+    vehicle.run(1.0)
+    assert vehicle.record["yaw"] == Yaw.RATE
+    vehicle.flight.manual(ManualInput(forward=1.0))
+    vehicle.run(1.0)
+    assert vehicle.record["yaw"] == Yaw.HEADING
+    vehicle.flight.manual(CENTRED)
+    vehicle.run(10.0)
+    assert vehicle.record["yaw"] == Yaw.WEATHERVANE
 
 
 def test_transition_changes_what_the_sticks_mean(vehicle):
@@ -146,3 +198,22 @@ def test_transition_changes_what_the_sticks_mean(vehicle):
     vehicle.run(20.0)
     assert vehicle.record["horizontal"] == Horizontal.POINT
     assert vehicle.flight.mode == Mode.POSITION
+
+
+def test_altitude_slows_down_from_the_wing_to_rest_in_the_air_and_drifts_with_it(vehicle):
+    vehicle.begin(height=60.0, airspeed=20.0, heading=1.0)
+    vehicle.view.wind_east = 3.0
+    vehicle.flight.manual(CENTRED)
+    vehicle.flight.set_mode(Mode.ALTITUDE)
+    vehicle.flight.transition(cruise=False)
+    vehicle.run(20.0)
+    assert vehicle.flight.mode == Mode.ALTITUDE
+    assert (vehicle.view.vn, vehicle.view.ve) == pytest.approx((0.0, 3.0), abs=0.05)
+    assert vehicle.view.down == pytest.approx(-60.0, abs=0.05)
+    vehicle.flight.manual(ManualInput(throttle=1.0))
+    vehicle.run(3.0)
+    assert vehicle.view.vd == pytest.approx(-3.0, abs=0.01)
+    vehicle.flight.manual(ManualInput(forward=1.0))
+    vehicle.run(0.1)
+    assert vehicle.record["horizontal"] == Horizontal.ACCELERATION
+    assert vehicle.record["acceleration"][0] > 3.0
