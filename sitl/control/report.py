@@ -91,7 +91,7 @@ def margin_table(points: Sequence[PointAnalysis]) -> MarginTable:
     return MarginTable(loops, speeds, *table)
 
 
-def page(source: str, points: Sequence[PointAnalysis], stuck: Sequence[StuckWing]) -> str:
+def page(source: str, points: Sequence[PointAnalysis], stuck: Sequence[StuckWing] = ()) -> str:
     """The page as Markdown, its figures beside it."""
     table = margin_table(points)
     held = [point for point in points if point.held]
@@ -135,8 +135,7 @@ def page(source: str, points: Sequence[PointAnalysis], stuck: Sequence[StuckWing
         _cells(table),
         _together(held, table.airspeeds),
         *(f"![{name.removesuffix('.png')}]({name})\n\n*{caption}*" for name, caption in CAPTIONS.items()),
-        "## A wing that is stuck",
-        stuck_wing_section(stuck),
+        *(("## A wing that is stuck", stuck_wing_section(stuck)) if stuck else ()),
         "## How it is measured",
         method,
         "## The points",

@@ -70,9 +70,9 @@ class StuckCase:
 
 
 CASES = (
-    StuckCase("as the laws fly it"),
-    StuckCase("with a motor at 80 %", lost_thrust=0.2),
-    StuckCase("with the ailerons drooped", droop=True),
+    StuckCase("ailerons not drooped"),
+    StuckCase("nor, and a wing motor at 80 %", lost_thrust=0.2),
+    StuckCase("ailerons may droop", droop=True),
 )
 
 
@@ -93,8 +93,10 @@ class StuckFlight:
 class StuckWing:
     """What a wing stuck at `angle` [rad] leaves: slowest and fastest level flight, or the one that sinks least.
 
-    `unbalanced` is what the best search for level flight leaves of the weight: below BALANCED there is one. All three
-    flights are None only where not even one that sinks was found; with level flight `least_sink` is None.
+    `unbalanced` is what the best search for level flight leaves: the largest of the forces as a part of the weight, of
+    the moments as a part of the weight times 1 m, and of the torques that motors lack as a part of the weight times
+    TORQUE_SCALE. Below BALANCED there is level flight, and `least_sink` is None. All three flights are None only where
+    not even one that sinks was found.
     """
 
     angle: float
@@ -241,7 +243,7 @@ def stuck_wing(aircraft: Aircraft, angle: float, case: StuckCase = CASES[0]) -> 
 
 
 def stuck_wings(aircraft: Aircraft, watch: Callable[[list[float]], Iterable[float]] = iter) -> list[StuckWing]:
-    """All CASES at every ANGLE_STEP of the tilt's travel, angle by angle; about 2 s for each.
+    """All CASES at every ANGLE_STEP of the tilt's travel, angle by angle; about 1 s for each.
 
     `watch` passes the angles [rad] on and may show progress.
     """
@@ -269,6 +271,7 @@ def stuck_wing_section(wings: Sequence[StuckWing]) -> str:
         f"The laws incline a stuck wing by the fuselage, within ±{math.degrees(STUCK_PITCH):.0f}° of pitch. Slowest "
         "and fastest level flight straight ahead in still air, all six balances met and every motor within its limits; "
         "behind it pitch and shaft power. Negative speed is rearward: into a wind from behind. "
+        "The laws droop the ailerons as far as the force map says, between the first column and the last. "
         f"The search ends at {REARWARD:g} and {FORWARD:g} m/s (≤, ≥). {verdict}"
     )
     rows = ["| stuck at | " + " | ".join(case.name for case in cases) + " |", "|--:" + "|---" * len(cases) + "|"]
