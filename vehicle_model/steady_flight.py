@@ -9,7 +9,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from vehicle_model.aircraft import Aircraft
 from vehicle_model.earth import STANDARD_GRAVITY
@@ -118,6 +117,8 @@ class _Problem:
         return np.concatenate([force, moment]) / self.weight
 
     def solve(self, guess: np.ndarray) -> tuple[np.ndarray, float]:
+        from scipy.optimize import least_squares  # slow to import, needed where a trim is sought and nowhere in flight
+
         start = np.clip(guess / self.scale, self.lower + 1e-13, self.upper - 1e-13)
         pull = 1e-3 if self.condition.pitch is None else 0.0
         # A first pass with a light pull of pitch to level picks one of many; the second meets the balance exactly.

@@ -16,11 +16,6 @@ app = typer.Typer(
 )  # fmt: skip
 
 
-@app.callback()
-def commands() -> None:
-    """Keeps `report` a command of its own, beside others to come."""
-
-
 @app.command()
 def report(
     out: Annotated[Path, typer.Option(help="Folder for the page and its figures.")] = Path("docs/control"),
@@ -31,6 +26,18 @@ def report(
 
     for written in write_report(load_aircraft(aircraft), out, lambda points: track(points, "corridor")):
         print(written)
+
+
+@app.command()
+def design(
+    aircraft: Annotated[Path | None, typer.Option(help="Aircraft file; default: the paper's aircraft.")] = None,
+) -> None:
+    """Design the control laws of an aircraft, keep them for its flights, and say what was found."""
+    from sitl.control.design import design_for
+
+    found = load_aircraft(aircraft)
+    made = design_for(found, lambda text: print(text, flush=True))
+    print(f"{found.source_file.name}: {made.summary}")
 
 
 def main() -> None:

@@ -10,17 +10,14 @@ from matplotlib.colors import TwoSlopeNorm
 from matplotlib.figure import Figure
 
 from sitl.control.lookup import map_lookup
+from sitl.control.margins import GAIN_GOAL, PHASE_GOAL
 from vehicle_model.aircraft import Aircraft
 from vehicle_model.earth import STANDARD_GRAVITY
 from vehicle_model.force_map import COLUMNS
 from vehicle_model.paper.style import PALETTE, new_figure
 
-__all__ = [
-    "GAIN_GOAL", "PHASE_GOAL", "Loop", "MarginTable", "effectiveness", "gains", "margin_maps", "nichols", "trim_map",
-]  # fmt: skip
+__all__ = ["Loop", "MarginTable", "effectiveness", "gains", "margin_maps", "nichols", "sinking", "trim_map"]
 
-GAIN_GOAL = 6.0  # [dB]
-PHASE_GOAL = math.radians(45.0)
 SHOWN_GAIN, SHOWN_PHASE = 30.0, math.radians(120.0)  # beyond these a margin is as good as any
 ROTORS_APART = 0.05  # of the fastest speed
 
@@ -49,7 +46,7 @@ class Loop:
 
 def margin_maps(table: MarginTable) -> Figure:
     """Three maps, loop by airspeed: gain, phase and disk margin, in warm colours where the goal is missed."""
-    figure = new_figure(11.0, 1.2 + 0.24 * len(table.loops))
+    figure = new_figure(2.0 + 0.62 * len(table.airspeeds), 1.2 + 0.24 * len(table.loops))
     panels = figure.subplots(1, 3, sharey=True)
     goals = (
         ("gain margin [dB]", table.gain, GAIN_GOAL, SHOWN_GAIN, "{:.0f}"),
@@ -59,7 +56,7 @@ def margin_maps(table: MarginTable) -> Figure:
     for axes, (title, values, goal, shown, form) in zip(panels, goals, strict=True):
         _heat(axes, values, goal, shown, form)
         axes.set_title(title)
-        axes.set_xticks(range(len(table.airspeeds)), [f"{speed:g}" for speed in table.airspeeds])
+        axes.set_xticks(range(len(table.airspeeds)), [f"{speed:g}" for speed in table.airspeeds], fontsize=6.5)
         axes.set_xlabel("airspeed [m/s]")
     panels[0].set_yticks(range(len(table.loops)), table.loops)
     return figure
@@ -196,4 +193,16 @@ def gains(airspeeds: Sequence[float], columns: Sequence[tuple[str, Sequence[floa
         axes.set_axis_off()
     for axes in panels[max(len(columns) - across, 0) : len(columns)]:
         axes.set_xlabel("airspeed [m/s]")
+    return figure
+
+
+def sinking(airspeeds: np.ndarray, curves: Sequence[tuple[str, np.ndarray]], asked: float) -> Figure:
+    """Steady sink rates [m/s] that the corridor bears over airspeed, and the one `asked` for."""
+    figure = new_figure(6.0, 3.2)
+    axes = figure.subplots()
+    for (label, values), colour, style in zip(curves, PALETTE, ("-", "--", ":", "-."), strict=False):
+        axes.plot(airspeeds, values, style, color=colour, label=label)
+    axes.axhline(asked, color="#999999", linewidth=0.7)
+    axes.set(xlabel="airspeed [m/s]", ylabel="steady sink rate [m/s]", ylim=(0.0, None))
+    axes.legend()
     return figure

@@ -217,9 +217,14 @@ def _connected(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
     return np.flatnonzero(reached & reaching)
 
 
-def margins_of(loop: ClosedLoop, groups: Sequence[Sequence[str]] = ()) -> tuple[dict[str, Margins], list[float]]:
-    """Margins of the loop opened at each of its signals, and the disk margin of each group of them at once."""
-    omega = frequency_grid(loop.dt, loop.poles)
+def margins_of(
+    loop: ClosedLoop, groups: Sequence[Sequence[str]] = (), *, per_decade: int = 80
+) -> tuple[dict[str, Margins], list[float]]:
+    """Margins of the loop opened at each of its signals, and the disk margin of each group of them at once.
+
+    `per_decade` is how many frequencies are looked at, beside those about the poles.
+    """
+    omega = frequency_grid(loop.dt, loop.poles, per_decade)
     sensitivity = loop.sensitivity(omega)
     places = {name: i for i, name in enumerate(loop.signals)}
     single = {name: loop_margins(omega, 1.0 / sensitivity[:, i, i] - 1.0, loop.dt) for name, i in places.items()}

@@ -11,9 +11,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Complexes", "Margins", "frequency_grid", "loop_margins", "multiloop_disk_margin"]
+__all__ = [
+    "GAIN_GOAL", "PHASE_GOAL", "Complexes", "Margins", "frequency_grid", "loop_margins", "multiloop_disk_margin",
+]  # fmt: skip
 
 Complexes = NDArray[np.complexfloating[Any, Any]]
+
+GAIN_GOAL = 6.0  # that a loop is designed to bear at least [dB]
+PHASE_GOAL = math.radians(45.0)
 
 LOWEST_FREQUENCY = 1e-2  # of the grid [rad/s]: slower than anything the laws do
 # Where L is this near to real at the lowest frequency, it is taken to be so at standstill, too.
@@ -101,14 +106,29 @@ def _negative_real_crossings(omega: np.ndarray, loop: Complexes, dt: float) -> n
     """Values of L where it meets the negative real axis."""
     before, after = loop[:-1], loop[1:]
     index = np.flatnonzero((before.imag >= 0.0) != (after.imag >= 0.0))
-    share = before.imag[index] / (before.imag[index] - after.imag[index])
-    values = before.real[index] + share * (after.real[index] - before.real[index])
+    before, after = before[index], after[index]
+    # Where L is large it turns fast, by way of infinity: there 1/L is straight between the samples.
+    large = _both_large(before, after)
+    before, after = _inverted(before, large), _inverted(after, large)
+    share = before.imag / (before.imag - after.imag)
+    values = before.real + share * (after.real - before.real)
+    values[large] = 1.0 / values[large]
     # The responses of negative frequencies are the mirror image: L is real at standstill and at half the sampling rate.
     ends = [loop[0]] if abs(loop[0].imag) < NEARLY_REAL * abs(loop[0].real) else []
     if omega[-1] * dt > math.pi * (1.0 - 1e-9):
         ends.append(loop[-1])
     values = np.concatenate([values, np.real(ends)])
     return values[values < 0.0]
+
+
+def _both_large(before: Complexes, after: Complexes) -> np.ndarray:
+    """Pieces between two samples that stay outside the unit circle, for all that is known."""
+    return (np.abs(before) > 1.0) & (np.abs(after) > 1.0)
+
+
+def _inverted(values: Complexes, chosen: np.ndarray) -> Complexes:
+    """The values, the chosen ones inverted."""
+    return np.divide(1.0, values, out=values.copy(), where=chosen)
 
 
 def _unit_crossings(omega: np.ndarray, loop: Complexes) -> tuple[np.ndarray, np.ndarray]:
@@ -123,11 +143,16 @@ def _unit_crossings(omega: np.ndarray, loop: Complexes) -> tuple[np.ndarray, np.
 
 
 def _nearest_to_minus_one(omega: np.ndarray, loop: Complexes) -> tuple[Complexes, np.ndarray]:
-    """On each straight piece between two samples the point nearest to -1, and its frequency [rad/s]."""
-    step = np.diff(loop)
+    """On each straight piece between two samples the point nearest to -1, and its frequency [rad/s].
+
+    It is straight in L, or in 1/L where L is large; there it is the point of 1/L that is nearest.
+    """
+    large = _both_large(loop[:-1], loop[1:])
+    before, after = _inverted(loop[:-1], large), _inverted(loop[1:], large)
+    step = after - before
     length = np.maximum((step * step.conj()).real, 1e-300)
-    share = np.clip(-((1.0 + loop[:-1]) * step.conj()).real / length, 0.0, 1.0)
-    return loop[:-1] + share * step, omega[:-1] + share * np.diff(omega)
+    share = np.clip(-((1.0 + before) * step.conj()).real / length, 0.0, 1.0)
+    return _inverted(before + share * step, large), omega[:-1] + share * np.diff(omega)
 
 
 def multiloop_disk_margin(sensitivity: Complexes) -> float:

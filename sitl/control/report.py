@@ -9,22 +9,22 @@ from pathlib import Path
 
 import numpy as np
 
-from sitl.control.corridor import AIRSPEEDS, CLIMBS, DELAY, RATE, WING_BORNE, PointAnalysis, analyse
+from sitl.control.corridor import CLIMBS, DELAY, RATE, PointAnalysis, airspeeds, analyse
 from sitl.control.design import Design, design_for
 from sitl.control.design_names import COLUMNS as SCHEDULE_COLUMNS
 from sitl.control.figures import (
-    GAIN_GOAL,
-    PHASE_GOAL,
     Loop,
     MarginTable,
     effectiveness,
     gains,
     margin_maps,
     nichols,
+    sinking,
     trim_map,
 )
 from sitl.control.lookup import schedule_lookup
-from sitl.control.margins import frequency_grid
+from sitl.control.margins import GAIN_GOAL, PHASE_GOAL, frequency_grid
+from sitl.control.sinking import sink_rates, sinking_words
 from sitl.control.stuck_wing import StuckWing, stuck_wing_section, stuck_wings
 from vehicle_model.aircraft import Aircraft
 from vehicle_model.paper.style import paper_style, save
@@ -40,6 +40,8 @@ CAPTIONS = {
     "Below: rotors that roll in hover yaw in cruise, and ailerons the other way round.",
     "trim_map.png": "The aircraft's force map with the fuselage level: steady flight is the white line. Blank where "
     "the force cannot be had with the stall margin that is kept.",
+    "sinking.png": "Steady sink rates that the wing in the slipstream bears with its stall margin kept: as the laws "
+    "allow themselves, and by searches that know nothing of the force map. Grey: what the points below ask for.",
     "gains.png": "The schedule of gains.",
 }
 
@@ -58,6 +60,7 @@ def write_report(
     out.mkdir(parents=True, exist_ok=True)
     design = design_for(aircraft)
     points = analyse(aircraft, design, watch)
+    speeds, sinks = sink_rates(aircraft, design)
     stuck = stuck_wings(aircraft, watch_stuck)
     with paper_style():
         figures = {
@@ -67,11 +70,13 @@ def write_report(
                 aircraft, design.table, design.axes, float(design.gains["top_speed"][0])
             ),
             "trim_map.png": trim_map(design.table, design.axes),
-            "gains.png": gains(AIRSPEEDS, _schedule(design)),
+            "sinking.png": sinking(speeds, sinks, -CLIMBS[0]),
+            "gains.png": gains(airspeeds(aircraft), _schedule(design, airspeeds(aircraft))),
         }
         written = [save(figure, out / name) for name, figure in figures.items()]
     file = out / "README.md"
-    file.write_text(page(aircraft.source_file.name, points, stuck), encoding="utf-8")
+    notes = (design.summary, sinking_words(speeds, sinks))
+    file.write_text(page(aircraft.source_file.name, points, stuck, notes), encoding="utf-8")
     return [file, *written]
 
 
@@ -91,8 +96,10 @@ def margin_table(points: Sequence[PointAnalysis]) -> MarginTable:
     return MarginTable(loops, speeds, *table)
 
 
-def page(source: str, points: Sequence[PointAnalysis], stuck: Sequence[StuckWing] = ()) -> str:
-    """The page as Markdown, its figures beside it."""
+def page(
+    source: str, points: Sequence[PointAnalysis], stuck: Sequence[StuckWing] = (), notes: Sequence[str] = ()
+) -> str:
+    """The page as Markdown, its figures beside it; `notes` are paragraphs that follow the summary."""
     table = margin_table(points)
     held = [point for point in points if point.held]
     measured = [(point, margins) for point in held for margins in point.margins.values()]
@@ -100,28 +107,32 @@ def page(source: str, points: Sequence[PointAnalysis], stuck: Sequence[StuckWing
         point.stable and margins.gain_db >= GAIN_GOAL and margins.phase >= PHASE_GOAL for point, margins in measured
     )
     summary = (
-        f"{len(points)} points, {AIRSPEEDS[0]:g} to {AIRSPEEDS[-1]:g} m/s and {CLIMBS[0]:+g} to {CLIMBS[-1]:+g} m/s of "
-        "climb in still air; the loop opened at every actuator command and at every signal that the laws read, the "
+        f"{len(points)} points, {points[0].airspeed:g} to {points[-1].airspeed:g} m/s and {CLIMBS[0]:+g} to "
+        f"{CLIMBS[-1]:+g} m/s of climb in still air; the loop opened at every actuator command and at every signal "
+        "that the laws read, the "
         f"others closed. **{met} of {len(measured)}** loops have {GAIN_GOAL:g} dB and {math.degrees(PHASE_GOAL):g}°."
     )
     unstable = [_place(point) for point in held if not point.stable]
     if unstable:
         summary += f" **Unstable: {'; '.join(unstable)}.**"
     lost = [
-        f"{_place(point)} (flown: {point.flown[0]:.1f} m/s, {point.flown[1]:+.1f} m/s"
-        + (")" if point.stable else ", unstable)")
+        f"{_place(point)} (flown: {point.flown[0]:.1f} m/s, {point.flown[1]:+.1f} m/s, "
+        + (f"least {min(each.gain_db for each in point.margins.values()):.1f} dB)" if point.stable else "unstable)")
         for point in points
         if not point.held
     ]
     if lost:
-        summary += f" Asked for but not held, and left out of the tables: {'; '.join(lost)}."
+        summary += (
+            " Asked for but not held, because the force for it would stall the wing or is not there, and left out of "
+            f"the tables: {'; '.join(lost)}."
+        )
     method = (
         f"At each point the compiled laws fly the compiled equations of motion at {RATE} Hz until they have settled. "
         "There one tick of each is differentiated by central differences: the vehicle in 19 coordinates with motors "
         "and servos, the laws with all they remember. "
         f"A command acts {DELAY} tick after the estimate it is made of, and is held for one. "
-        f"Below {WING_BORNE:g} m/s a leg is flown at a ground speed, from there on wing-borne at an airspeed; level "
-        "points hold altitude, the others a climb rate. "
+        "Below the airspeed from which the wing alone may carry, a leg is flown at a ground speed, from there on at an "
+        "airspeed; level points hold altitude, the others a climb rate. "
         "With T the closed loop's response from a disturbance on a signal to that signal before it, the opened loop is "
         "L = 1/(1 + T) - 1. The disk margin is the symmetric one of Seiler, Packard and Gahinet "
         "(IEEE CSM 2020, doi:10.1109/MCS.2020.3005277); that of all actuators at once is a lower bound."
@@ -129,6 +140,7 @@ def page(source: str, points: Sequence[PointAnalysis], stuck: Sequence[StuckWing
     parts = [
         f"# Control report: {source}",
         summary,
+        *notes,
         "## Worst of each loop",
         _worst(held, table.loops),
         "## Gain margin [dB] / phase margin [deg] over airspeed [m/s]",
@@ -230,11 +242,11 @@ def _tightest_loops(points: Sequence[PointAnalysis]) -> list[Loop]:
     return loops
 
 
-def _schedule(design: Design) -> list[tuple[str, list[float]]]:
+def _schedule(design: Design, speeds: Sequence[float]) -> list[tuple[str, list[float]]]:
     """Columns of the schedule over the airspeeds of the corridor."""
     row = np.empty(len(SCHEDULE_COLUMNS))
     rows: list[np.ndarray] = []
-    for speed in AIRSPEEDS:
+    for speed in speeds:
         schedule_lookup(design.schedule, design.axes, speed, row)
         rows.append(row.copy())
     return [(name, [float(each[k]) for each in rows]) for k, name in enumerate(SCHEDULE_COLUMNS)]

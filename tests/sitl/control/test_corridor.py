@@ -95,7 +95,7 @@ def test_report_writes_the_page_and_every_figure_on_it(tmp_path: Path) -> None:
     written = write_report(AIRCRAFT, tmp_path / "new", lambda points: [(v, c) for v, c in points if v == 20.0])
     text = written[0].read_text(encoding="utf-8")
     assert text.startswith("# Control report: hong2013.toml\n\n3 points")
-    assert len(written) == 6
+    assert len(written) == 7
     for figure in written[1:]:
         assert f"({figure.name})" in text
         assert figure.read_bytes().startswith(b"\x89PNG")

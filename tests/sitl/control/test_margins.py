@@ -146,6 +146,17 @@ def test_coupled_loops_bear_less_together_than_each_alone() -> None:
     assert together <= 2.0 / radius * (1.0 + 1e-9)
 
 
+def test_a_resonance_between_two_samples_is_no_crossing_near_minus_one() -> None:
+    # 3 / (1 - w^2) turns from far right to far left by way of infinity, and meets -1 nowhere near w = 1
+    omega = np.array([0.5, 0.9, 0.97, 1.04, 1.1, 1.5])
+    loop = 3.0 / (1.0 - omega**2 + 0.002j * omega)
+    margins = loop_margins(omega, loop, 1e-3)
+    assert margins.gain_up == math.inf
+    assert margins.gain_down < 0.05
+    ends = np.abs((1.0 - loop) / (1.0 + loop)).max()  # S - T where it was sampled
+    assert margins.disk == pytest.approx(2.0 / ends, rel=0.01)
+
+
 def test_frequencies_that_do_not_ascend_are_refused() -> None:
     with pytest.raises(ValueError, match="ascending frequencies"):
         loop_margins(np.array([2.0, 1.0]), np.array([1j, 1j]), 0.01)
