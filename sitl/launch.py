@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from sitl.airframe import FlightDivergedError
 from sitl.clock import Clock
+from sitl.control.design import design_for
 from sitl.flight.plan_file import PlanError
 from sitl.mavlink import LinkError, LinkSpec, MavlinkFace, parse_link
 from sitl.runtime import Runtime
@@ -18,7 +19,7 @@ from sitl.simulation import Simulation
 from sitl.start import StartError
 from sitl.status import Status
 from sitl.viewer import Viewer, ViewerOptionError, open_viewer
-from vehicle_model.aircraft import AircraftFileError
+from vehicle_model.aircraft import AircraftFileError, load_aircraft
 from vehicle_model.compiled import cache_folder, is_warm
 
 if TYPE_CHECKING:
@@ -54,7 +55,7 @@ def fly(options: "Options") -> int:
             from sitl.warm import warm_up  # brings all of the analysis along, which a warm start need not load
 
             warm_up(status.say)
-        simulation = _vehicle(options)
+        simulation = _vehicle(options, status)
         with open_viewer(options.rerun, simulation.aircraft, map=not options.no_map) as viewer:
 
             def tell(severity: int, text: str) -> None:
@@ -97,11 +98,15 @@ def fly(options: "Options") -> int:
         status.close()
 
 
-def _vehicle(options: "Options") -> Simulation:
+def _vehicle(options: "Options", status: Status) -> Simulation:
     """The simulation at its start, everything it calls compiled or loaded."""
+    scenario = Scenario() if options.scenario is None else load_scenario(options.scenario)
+    aircraft = load_aircraft(scenario.aircraft if options.aircraft is None else options.aircraft)
+    if options.autopilot:
+        design_for(aircraft, status.say)  # that of a new aircraft takes a while
     simulation = Simulation(
-        Scenario() if options.scenario is None else load_scenario(options.scenario),
-        aircraft=options.aircraft,
+        scenario,
+        aircraft=aircraft,
         seed=options.seed,
         start=options.at,
         wind=options.wind,

@@ -137,7 +137,7 @@ MEMORY = np.dtype(
     align=True,
 )
 
-# Gains that do not change over the corridor; those that do are in the schedule (sitl.control.design.SCHEDULE).
+# Gains that do not change over the corridor; those that do are in the schedule (sitl.control.design_names).
 GAINS = np.dtype(
     [
         ("position", _f),  # hover, horizontal [1/s]
