@@ -47,7 +47,7 @@ def stopping_speed(
         deceleration = braking[cell] + (x - cell) * (braking[cell + 1] - braking[cell])
         needed = (speed + 0.5 * SPEED_STEP) * SPEED_STEP / deceleration
         if covered + needed >= distance:
-            return math.sqrt(speed * speed + 2.0 * deceleration * (distance - covered))
+            return min(math.sqrt(speed * speed + 2.0 * deceleration * (distance - covered)), fastest)
         covered += needed
         speed += SPEED_STEP
     return fastest
