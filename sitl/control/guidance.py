@@ -16,6 +16,7 @@ BANK = int(Horizontal.BANK)
 ALTITUDE = int(Vertical.ALTITUDE)
 
 SPEED_STEP = 0.5  # of the braking distance's sum [m/s]
+CREEPING = 3.0  # ground speed away from a point at which it is gone back to at once [m/s]
 STEEPEST_INTERCEPT = 0.7  # speed across a path over the speed along it, at most
 SLOWEST = 0.5  # ground speed asked for when the wind is stronger than the aircraft [m/s]
 
@@ -72,7 +73,7 @@ def horizontal_demand(estimate, setpoint, gains, braking, first: float, step: fl
         headwind = -(wind[0] * north + wind[1] * east)
         crosswind = wind[0] * east - wind[1] * north
         braked = stopping_speed(distance, headwind, crosswind, braking, first, step, fastest)
-        overshot = estimate.velocity_ned[0] * north + estimate.velocity_ned[1] * east < 0.0
+        overshot = -(estimate.velocity_ned[0] * north + estimate.velocity_ned[1] * east) > CREEPING
         if setpoint.cruise == 1 and overshot and braked < fastest and estimate.airspeed > gains.wing_borne_from:
             # Past the point and too fast to turn on the spot: stop first, which turns the nose into the wind.
             return 0.0, 0.0, 0.0, 0.0
