@@ -8,6 +8,7 @@ an equation gets a new folder and never old code. `vehicle_model.warm` fills the
 import functools
 import hashlib
 import os
+import re
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,20 +21,34 @@ from numba.core import config
 __all__ = ["CACHE_FOLDER", "WARM_MARK", "cache_folder", "compiled", "compiled_loop", "is_warm", "source_hash"]
 
 _CORE = Path(__file__).resolve().parent
+_COMPILES = re.compile(rb"^@compiled", re.MULTILINE)
+# Not those for type checkers, which are indented.
+_IMPORTS = re.compile(r"^from ([\w.]+) import (\([^)]*\)|[^\n]*)", re.MULTILINE)
+_NAME = re.compile(r"\w+")
 
 
 def source_hash(*packages: Path) -> str:
-    """Hash of every Python source below these package folders, of their place and of what compiles them; 16 hex digits.
+    """Hash of what compiled code can mean in these package folders, of its place and what compiles it; 16 hex digits.
 
+    That is every source with a compiled function, and all that these import from the same packages, at any remove.
     Two processes get the same hash exactly when compiled code of one can be loaded by the other. The processor is
     not part of it: Numba keeps code of different processors apart by itself.
     """
     digest = hashlib.sha256(f"{sys.version} {numba.__version__} {llvmlite.__version__} {np.__version__}".encode())
     for package in packages:
-        for source in sorted(package.rglob("*.py")):
-            content = source.read_bytes()
-            digest.update(f" {source} {len(content)} ".encode())
-            digest.update(content)
+        sources = {source: source.read_bytes() for source in package.rglob("*.py")}
+        meant = [source for source, content in sources.items() if _COMPILES.search(content)]
+        seen = set(meant)
+        while meant:
+            for module, names in _IMPORTS.findall(sources[meant.pop()].decode()):
+                place = package.parent.joinpath(*module.split("."))
+                modules = {place, place / "__init__", *(place / name for name in _NAME.findall(names))}
+                found = {module.with_suffix(".py") for module in modules} & sources.keys() - seen
+                meant += found
+                seen |= found
+        for source in sorted(seen):
+            digest.update(f" {source} {len(sources[source])} ".encode())
+            digest.update(sources[source])
     return digest.hexdigest()[:16]
 
 

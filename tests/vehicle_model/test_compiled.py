@@ -87,17 +87,25 @@ def test_without_a_writable_user_cache_the_code_still_runs_and_keeps_nothing(cor
     assert not list(core.parent.rglob("*.nbi"))
 
 
-def test_hash_sees_content_names_and_new_files_at_any_depth(core: Path) -> None:
+def test_hash_sees_what_compiled_code_can_mean_at_any_depth_and_nothing_else(core: Path) -> None:
     hashes = {source_hash(core)}
     (core / "deep").mkdir()
-    (core / "deep" / "new.py").write_text("x = 1\n")
+    (core / "deep" / "new.py").write_text("@compiled\ndef f(x):\n    return x + 1\n")
     hashes.add(source_hash(core))
-    (core / "deep" / "new.py").write_text("x = 2\n")
+    (core / "deep" / "new.py").write_text(
+        "from core.deep.constant import ONE\n\n\n@compiled\ndef f(x):\n    return x + ONE\n"
+    )
+    hashes.add(source_hash(core))
+    (core / "deep" / "constant.py").write_text("from core.deep import (\n    numbers,\n)\n\nONE = numbers.ONE\n")
+    (core / "deep" / "numbers.py").write_text("ONE = 1\n")
+    hashes.add(source_hash(core))
+    (core / "deep" / "numbers.py").write_text("ONE = 2\n")
     hashes.add(source_hash(core))
     (core / "deep" / "new.py").rename(core / "deep" / "renamed.py")
     hashes.add(source_hash(core))
-    assert len(hashes) == 4
+    assert len(hashes) == 6
     (core / "notes.txt").write_text("not a source")
+    (core / "talks.py").write_text("# nothing compiled here, nor needed there\n")
     assert source_hash(core) in hashes
 
 
