@@ -18,7 +18,7 @@ from vehicle_model.atmosphere import atmosphere
 from vehicle_model.battery import make_battery
 from vehicle_model.compiled import compiled
 from vehicle_model.earth import geodetic, local_axes
-from vehicle_model.faults import lose_thrust, restore, stick_servo
+from vehicle_model.faults import free_servo, lose_thrust, restore, stick_servo
 from vehicle_model.integrate import observe
 from vehicle_model.records import OUTPUTS
 from vehicle_model.rotation import body_to_ned, euler_from_quaternion, quaternion_multiply, quaternion_normalise
@@ -189,6 +189,10 @@ class Airframe:
     def stick_servo(self, servo: int, angle: float | None = None) -> None:
         """See `vehicle_model.faults.stick_servo`."""
         stick_servo(self.vehicle, servo, angle)
+
+    def repair_servo(self, servo: int) -> None:
+        """See `vehicle_model.faults.free_servo`."""
+        free_servo(self.vehicle, self.aircraft.vehicle, servo)
 
     def repair(self) -> None:
         """End all faults."""

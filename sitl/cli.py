@@ -30,6 +30,12 @@ class Options(NamedTuple):
     at: str | None
     autopilot: bool
     links: tuple[str, ...]
+    identity: str
+    parameters: tuple[str, ...]  # NAME=VALUE
+    parameter_files: tuple[Path, ...]
+    state: Path | None
+    signing_key: Path | None
+    tlog: Path | None
     home: Home | None
     wind: tuple[float, float, float] | None
     earth: Literal["flat", "round", "wgs84"] | None
@@ -112,10 +118,29 @@ def _command(
         typer.Option(
             metavar="LINK",
             help="MAVLink connection, may be repeated: udpout:HOST:PORT, udpin:[HOST:]PORT, tcpin:[HOST:]PORT or "
-            "tcpout:HOST:PORT. [default: udpout:127.0.0.1:14550 for ground stations and "
-            "udpout:127.0.0.1:14540 for SDKs]",
+            "tcpout:HOST:PORT, then ,normal ,onboard ,viewer ,minimal or ,highlatency, ,trusted, ,single. [default: "
+            "udpout:127.0.0.1:14550 for ground stations and udpout:127.0.0.1:14540 for SDKs]",
         ),
     ] = None,
+    identity: Annotated[
+        Literal["px4", "ardupilot", "generic"], typer.Option(help="Autopilot that ground stations take it for.")
+    ] = "px4",
+    param: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=VALUE", help="Parameter of the flight controller, may be repeated."),
+    ] = None,
+    params: Annotated[
+        list[Path] | None,
+        typer.Option(metavar="FILE", help="Parameters, as QGroundControl or MAVProxy save them; may be repeated."),
+    ] = None,
+    state: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Keep parameters, missions, logs and files there. [default: nowhere]"),
+    ] = None,
+    signing_key: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Sign MAVLink with the key in this file, and believe no other.")
+    ] = None,
+    tlog: Annotated[Path | None, typer.Option(metavar="FILE", help="Record all MAVLink traffic.")] = None,
     home: Annotated[
         str | None,
         typer.Option(metavar="LAT,LON,ALT,HDG", help="Degrees and metres. [default: 47.397742,8.545594,488,0]"),
@@ -180,6 +205,12 @@ def _command(
         at=at,
         autopilot=autopilot == "on" and not lockstep,
         links=tuple(link or ()),
+        identity=identity,
+        parameters=tuple(param or ()),
+        parameter_files=tuple(params or ()),
+        state=state,
+        signing_key=signing_key,
+        tlog=tlog,
         home=None if home is None else _home(home),
         wind=None if wind is None else _wind(wind),
         earth=earth,

@@ -1,8 +1,8 @@
 """Simulated time against wall time: how many steps are due now, and how long to sleep until the next.
 
 The simulation knows no clock; this is the only place that reads one. Like trio's MockClock it is three numbers, a
-wall time, the tick that belongs to it and a rate, so nothing accumulates and nothing drifts; the wall clock and the
-sleep are arguments, so tests run it on invented time.
+wall time, the tick that belongs to it and a rate, so nothing accumulates and nothing drifts; the wall clock is an
+argument, so tests run it on invented time.
 """
 
 import math
@@ -37,7 +37,6 @@ class Clock:
         *,
         stall_limit: float = 1.0,
         monotonic: Callable[[], float] = time.monotonic,
-        sleep: Callable[[float], None] = time.sleep,
     ) -> None:
         """See the class; `stall_limit` in wall seconds. Raises ValueError for a speed or rate that is not positive."""
         if not speed > 0.0:
@@ -52,7 +51,6 @@ class Clock:
         self.late_ticks = 0
         self.dropped_ticks = 0
         self.worst_lateness = 0.0
-        self._sleep = sleep
         self._ticks_per_second = rate * speed
         # Above real time several ticks share a wake-up: a sleep cannot be much shorter than one period at 400 Hz.
         self._ticks_per_wake = 1 if speed == math.inf else max(1, round(speed))
@@ -87,13 +85,11 @@ class Clock:
             self._judged = late_to
         return min(due, tick + limit)
 
-    def wait(self, tick: int) -> None:
-        """Sleep until the wake-up that follows `tick` is due; at once if that has passed."""
+    def remaining(self, tick: int) -> float:
+        """Wall time until the wake-up that follows `tick` is due [s]; nothing, or less, if that has passed."""
         if self.speed == math.inf:
-            return
-        remaining = self.deadline(tick + self._ticks_per_wake) - self.now()
-        if remaining > 0.0:
-            self._sleep(remaining)
+            return 0.0
+        return self.deadline(tick + self._ticks_per_wake) - self.now()
 
     def _anchor(self, tick: int, wall: float) -> None:
         self._anchor_tick = tick

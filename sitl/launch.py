@@ -11,8 +11,15 @@ from typing import TYPE_CHECKING
 from sitl.airframe import FlightDivergedError
 from sitl.clock import Clock
 from sitl.control.design import design_for
+from sitl.flight.parameter_file import ParameterFileError, parse_parameters
 from sitl.flight.plan_file import PlanError
 from sitl.mavlink import LinkError, LinkSpec, MavlinkFace, parse_link
+from sitl.mavlink.face import AUTOPILOT
+from sitl.mavlink.identity import IDENTITIES
+from sitl.mavlink.signing import Signing
+from sitl.mavlink.signing_key import SigningError, read_key
+from sitl.mavlink.state_folder import StateError, StateFolder
+from sitl.mavlink.tape import Tape, TapeError
 from sitl.runtime import Runtime
 from sitl.scenario import Scenario, ScenarioError, load_scenario
 from sitl.simulation import Simulation
@@ -56,7 +63,11 @@ def fly(options: "Options") -> int:
 
             warm_up(status.say)
         simulation = _vehicle(options, status)
-        with open_viewer(options.rerun, simulation.aircraft, map=not options.no_map) as viewer:
+        with (
+            StateFolder(options.state) as state,
+            open_viewer(options.rerun, simulation.aircraft, map=not options.no_map) as viewer,
+        ):
+            signing = _signing(options, state)
 
             def tell(severity: int, text: str) -> None:
                 viewer.text(severity, text)
@@ -64,14 +75,16 @@ def fly(options: "Options") -> int:
 
             with MavlinkFace(
                 specs,
-                simulation.aircraft.channels,
-                vehicle=simulation.aircraft.vehicle,
+                simulation,
+                identity=IDENTITIES[options.identity],
                 system_id=options.system_id,
                 servos_sysid=options.servos,
                 servo_timeout=options.servo_timeout,
                 speed=options.speed,
                 lockstep=options.lockstep,
-                autopilot=options.autopilot,
+                state=state,
+                signing=signing,
+                tape=_tape(options),
                 on_text=tell,
             ) as face:
                 runtime = Runtime(
@@ -90,7 +103,10 @@ def fly(options: "Options") -> int:
                 received = _stop_on_signals(runtime)
                 runtime.run()
                 return 128 + received[0] if received else 0
-    except (AircraftFileError, ScenarioError, StartError, PlanError, LinkError, ViewerOptionError) as error:
+    except (
+        AircraftFileError, ScenarioError, StartError, PlanError, LinkError, ParameterFileError, SigningError,
+        StateError, TapeError, ViewerOptionError,
+    ) as error:  # fmt: skip
         raise LaunchError(str(error), 2) from None
     except FlightDivergedError as error:
         raise LaunchError(str(error), 1) from None
@@ -112,6 +128,7 @@ def _vehicle(options: "Options", status: Status) -> Simulation:
         wind=options.wind,
         home=options.home,
         earth=options.earth,
+        parameters=parse_parameters(options.parameters, options.parameter_files),
         autopilot=options.autopilot,
         rate=options.rate,
     )
@@ -121,6 +138,15 @@ def _vehicle(options: "Options", status: Status) -> Simulation:
     simulation.airframe.advance(0)
     simulation.snapshot()
     return simulation
+
+
+def _signing(options: "Options", state: StateFolder) -> Signing:
+    """The key that is stored, or the one given, which goes before it."""
+    return Signing(state, None if options.signing_key is None else read_key(options.signing_key))
+
+
+def _tape(options: "Options") -> Tape | None:
+    return None if options.tlog is None else Tape(options.tlog, options.system_id, AUTOPILOT)
 
 
 def _shifted(spec: LinkSpec, instance: int) -> LinkSpec:

@@ -11,6 +11,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from sitl.airframe import FlightDivergedError
+from sitl.start_file import StartError
 from sitl.status import Report
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ IDLE_PERIOD = 0.05  # [s], how long to wait for input at a time where nothing el
 TICKS_PER_TURN = 100  # catching up, or as fast as possible: so many steps before input is looked at again
 NOT_SEEN = -1
 ROUNDING = 1e-6  # [ticks]; a message due exactly on a tick must not wait for the next
-EMERGENCY = 0  # MAV_SEVERITY
+EMERGENCY, WARNING = 0, 4  # MAV_SEVERITY
 
 
 class Runtime:
@@ -122,7 +123,7 @@ class Runtime:
                 stop = target if message_due >= target else max(math.ceil(message_due), simulation.tick + 1)
                 simulation.step(stop - simulation.tick)
             self._attend(now)
-            clock.wait(simulation.tick)
+            self._wait(clock.remaining(simulation.tick))
 
     def _fly_in_lockstep(self) -> None:
         simulation, face, servos, clock = self._simulation, self._face, self._face.servo_input, self._clock
@@ -153,6 +154,27 @@ class Runtime:
             self._apply_servos()
             self._attend(now)
 
+    def _wait(self, remaining: float) -> None:
+        """Sleep until the next step is due, a service wants to be called, or something arrives."""
+        if remaining > 0.0:
+            wanted = self._face.next_attention - self._clock.now()
+            select.select(self._face.sockets(), (), (), max(min(remaining, wanted), 0.0))
+
+    def _restart(self) -> None:
+        """Let the vehicle begin anew, as somebody has asked over MAVLink."""
+        wanted = self._face.restart_wanted
+        assert wanted is not None
+        try:
+            self._simulation.restart(**wanted)
+        except StartError as error:
+            self._face.statustext(WARNING, f"Not restarted: {error}")
+            self._face.restart_wanted = None
+            return
+        self._seen_tick = NOT_SEEN
+        self._clock.start(self._simulation.tick)
+        self._face.restarted()
+        self._status.say(f"Restarted: {self._simulation.description}")
+
     def _receive(self, now: float) -> None:
         # Channels that an outside controller does not send stay where they are when it takes the servos.
         self._face.servo_input.follow(self._simulation.controls)
@@ -181,6 +203,11 @@ class Runtime:
 
     def _attend(self, now: float) -> None:
         """What is due by wall time: stale servos, pictures, the links' own matters, a line for the terminal."""
+        self._face.attend(now)
+        if self._face.restart_wanted is not None:
+            self._restart()
+        if self._face.stop_wanted:
+            self.stop()
         self._watch_servos(now)
         # A picture may be late by half its period, to show a moment that is looked at anyway.
         late = now - self._next_view

@@ -73,6 +73,7 @@ class Simulation:
         autopilot: whether there is one.
         description: where this began, in words.
         listener: told (MAV_SEVERITY, text) what the pilot is told, or None.
+        watchers: called at 50 Hz of simulated time, after the flight's events.
 
     Raises ScenarioError, StartError, PlanError, AircraftFileError or another ValueError, each with one line.
     """
@@ -103,10 +104,12 @@ class Simulation:
         self.aircraft = aircraft
         self.autopilot = autopilot
         self.listener: Callable[[int, str], None] | None = None
+        self.watchers: list[Callable[[], None]] = []
         self._design = design_for(design_aircraft or aircraft) if autopilot else None
         self._rate = rate
         self._ticks_per_update = rate // EVENTS_RATE
-        self.reset(self.scenario.start if start is None else start)
+        self._first_start = self.scenario.start if start is None else start
+        self.reset(self._first_start)
 
     # -- time ------------------------------------------------------------------------------------------------------
 
@@ -171,7 +174,7 @@ class Simulation:
         environment = self._environment()
         in_the_air = isinstance(start, str) and start.startswith("trim:")
         wind_step(wind, 0.0, TRIM_HEIGHT if in_the_air else 0.0, 0.0, 0.0, environment)
-        begin = self._start(start, environment)
+        begin = self._start(start, environment, self.scenario.home.heading)
         self.description = begin.description
         self.airframe = Airframe(
             self.aircraft,
@@ -199,6 +202,38 @@ class Simulation:
             if self.scenario.mission is not None:
                 self.load_plan(self.scenario.mission)
         self._script = Script(self.scenario.steps, self)
+
+    def restart(
+        self,
+        start: str | None = None,
+        *,
+        heading: float = math.nan,
+        place: tuple[float, float] | None = None,
+        height: float = math.nan,
+    ) -> None:
+        """Begin anew as after a reboot: with the parameters, mission, fence and rally points of now.
+
+        `start` is `ground` or `trim:AIRSPEED`, by default where this first began; `heading` [deg], by default home's; `place`
+        latitude and longitude [deg], by default home; `height` above home [m] of a start in the air. Raises StartError,
+        and then changes nothing.
+        """
+        begin = self._first_start if start is None else start
+        if start is not None:
+            rise = 0.0 if math.isnan(height) or start == "ground" else height - TRIM_HEIGHT
+            home = self.scenario.home
+            environment = self._environment()
+            direction = home.heading if math.isnan(heading) else heading
+            where = (home.latitude, home.longitude) if place is None else place
+            begin = self._start(start, environment, direction).moved(*where, rise, environment)
+        before = self._flight
+        self.reset(begin)
+        if before is not None:
+            flight = self.flight
+            flight.links.enforced = before.links.enforced
+            flight.parameters.load({name: before.parameters[name] for name in before.parameters.names()})
+            flight.fence.load(before.fence.polygons, before.fence.circles)
+            flight.rally.load(before.rally.points)
+            flight.mission.keep(before.mission)
 
     def snapshot(self) -> "Snapshot":
         """All there is to see of the vehicle now, immutable."""
@@ -275,9 +310,25 @@ class Simulation:
             self._links.refresh(self.flight.links, self.flight.sticks, self.time)
             self.flight.set_mode(Mode.OFFBOARD)
 
+    def offboard(self, setpoint: "MotionSetpoint | AttitudeSetpoint") -> None:
+        """A setpoint has come from a computer outside. Raises Refused with the autopilot off."""
+        self.flight.offboard(setpoint)
+        self._links.setpoint_received = self.time
+
+    def hear_ground_station(self) -> None:
+        """A heartbeat has come from a ground station."""
+        self._links.station_received = self.time
+
     def set_link(self, name: str, up: bool) -> None:
         """Let the ground_station or manual_control be heard all the time from now on, or be silent."""
         self._links.switch(_known("link", LINKS, name), up, self.time)
+
+    def cut_link(self, name: str, silent: bool) -> None:
+        """Let the ground_station or manual_control be silent whatever it sends, or be heard again as it speaks."""
+        if silent:
+            self.set_link(name, up=False)
+        else:
+            self._links.release(_known("link", LINKS, name))
 
     # -- an outside controller -------------------------------------------------------------------------------------
 
@@ -317,9 +368,22 @@ class Simulation:
         """
         self.airframe.stick_servo(SERVO_NAMES.index(_known("servo", SERVO_NAMES, name)), angle)
 
+    def repair_motor(self, name: str) -> None:
+        """Let a rotor have all of its thrust again. Raises ValueError for another name."""
+        self.fail_motor(name, 0.0)
+        self._count_on_actuators()
+
+    def repair_servo(self, name: str) -> None:
+        """Let a stuck servo move again. Raises ValueError for another name."""
+        self.airframe.repair_servo(SERVO_NAMES.index(_known("servo", SERVO_NAMES, name)))
+        self._count_on_actuators()
+
     def repair(self) -> None:
         """End all faults; the flight takes its actuators for repaired."""
         self.airframe.repair()
+        self._count_on_actuators()
+
+    def _count_on_actuators(self) -> None:
         if self._flight is not None:
             self._flight.actuators.reset()
 
@@ -341,12 +405,13 @@ class Simulation:
         self._script.update(airframe.time)
         if self._recorder is not None and tick % self._ticks_per_row == 0:
             self._recorder.keep(flight)
+        for watch in self.watchers:
+            watch()
 
     def _send_setpoint(self) -> None:
         """As a computer outside would, if there is one."""
         if self._setpoint is not None:
-            self.flight.offboard(self._setpoint)
-            self._links.setpoint_received = self.time
+            self.offboard(self._setpoint)
 
     def _begin_flight(self) -> None:
         self.airframe.look(self._view)
@@ -369,11 +434,12 @@ class Simulation:
             height_ellipsoid=home.altitude,
         )
 
-    def _start(self, start: "str | Path | Start | ArrayLike", environment: np.ndarray) -> Start:
+    def _start(self, start: "str | Path | Start | ArrayLike", environment: np.ndarray, heading: float) -> Start:
+        """A start, towards a heading [deg] unless it says that itself."""
         if isinstance(start, Start):
             return start
         if isinstance(start, str | Path):
-            return start_at(str(start), self.aircraft, environment, math.radians(self.scenario.home.heading))
+            return start_at(str(start), self.aircraft, environment, math.radians(heading))
         state = np.array(start, dtype=np.float64)
         if state.shape != (STATE_COUNT,):
             msg = f"start: expected a name, a file or a state of {STATE_COUNT} numbers, got an array of {state.shape}"

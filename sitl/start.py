@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from sitl.start_file import RPM, TRIM_HEIGHT, StartError, read_start_file
-from vehicle_model.earth import gravitation, make_environment
+from vehicle_model.earth import gravitation, make_environment, ned_from_geodetic
 from vehicle_model.integrate import advance
 from vehicle_model.rotation import (
     body_to_ned,
@@ -41,6 +41,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Start", "StartError", "described", "standing", "start_at", "trimmed"]
 
+FARTHEST = 50e3  # from home that a start may be [m]
 DOWN = np.array([0.0, 0.0, 1.0])
 SETTLING_STEP = 1.0 / 400.0  # [s]
 SETTLING_TIME = 5.0  # [s]
@@ -54,6 +55,26 @@ class Start:
     state: np.ndarray
     controls: np.ndarray
     description: str
+
+    def moved(self, latitude: float, longitude: float, rise: float, environment: np.ndarray) -> "Start":
+        """The same start above another place of the map [deg, deg], higher by `rise` [m].
+
+        Raises StartError for a place that is none, or too far from home for the local frame's flat directions.
+        """
+        if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0 and math.isfinite(rise)):
+            msg = f"start: expected a latitude and a longitude [deg] and a height [m], got {latitude}, {longitude}, {rise}"
+            raise StartError(msg)
+        origin = environment[0]
+        height = float(origin["height_ellipsoid"])
+        place = ned_from_geodetic(math.radians(latitude), math.radians(longitude), height, origin)
+        distance = math.hypot(place[0], place[1])
+        if distance > FARTHEST:
+            msg = f"start: expected a place up to {FARTHEST / 1e3:g} km from home, got {distance / 1e3:.0f} km"
+            raise StartError(msg)
+        state = self.state.copy()
+        state[POSITION : POSITION + 2] = place[:2]
+        state[POSITION + 2] += place[2] - rise
+        return Start(state, self.controls, f"{self.description}, at {latitude:g}, {longitude:g}")
 
 
 def start_at(option: str, aircraft: "Aircraft", environment: np.ndarray, heading: float) -> Start:

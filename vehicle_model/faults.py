@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-__all__ = ["lose_thrust", "restore", "stick_servo"]
+__all__ = ["free_servo", "lose_thrust", "restore", "stick_servo"]
 
 
 def lose_thrust(vehicle: np.ndarray, rotor: int, fraction: float) -> None:
@@ -44,6 +44,16 @@ def stick_servo(vehicle: np.ndarray, servo: int, angle: float | None = None) -> 
         travel = f"{math.degrees(low):.6g} to {math.degrees(high):.6g} deg"
         raise ValueError(f"angle: expected one of the servo's travel, {travel}, got {math.degrees(angle):.6g} deg")
     servos["minimum"][servo] = servos["maximum"][servo] = angle
+
+
+def free_servo(vehicle: np.ndarray, healthy: np.ndarray, servo: int) -> None:
+    """Let one servo (as in `stick_servo`) move again, as that of the `healthy` vehicle.
+
+    Raises ValueError for a vehicle that is read-only or a servo it has not.
+    """
+    _check_writable(vehicle)
+    _check_index("servo", servo, len(vehicle["servos"][0]))
+    vehicle["servos"][0, servo] = healthy["servos"][0, servo]
 
 
 def restore(vehicle: np.ndarray, healthy: np.ndarray) -> None:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from sitl.flight.actuator_test import ActuatorTest
 from sitl.flight.actuator_watch import ActuatorWatch
 from sitl.flight.arming import ArmingChecks
 from sitl.flight.behaviour import Behaviour
@@ -54,6 +55,7 @@ class Events:
         arming_problems: why the latest arming was refused, or would have been but for force.
         failsafes: what is wrong now (`causes`) and what has been done about it (`action`).
         actuators: motors and servos known to have failed (`faults`).
+        actuator_test: motors and servos being tried while disarmed.
         messages: what the pilot was told (`kept`), and who else is (`listeners`).
     """
 
@@ -77,6 +79,7 @@ class Events:
         self.links = Links()
         self.sticks = Sticks()
         self.actuators = ActuatorWatch(aircraft.vehicle)
+        self.actuator_test = ActuatorTest()
         self._standing_height = max(float(contact.position[2]) for contact in aircraft.contacts)
         self._checks = ArmingChecks(given, open_circuit_voltage(float(aircraft.battery.cells), 0.0))
         self._landed_detector = LandedDetector(given)
@@ -124,6 +127,7 @@ class Events:
         self.regime = Regime.CRUISE if cruise else Regime.HOVER
         self.failsafes = Failsafes(self.parameters, self.say)
         self.actuators.reset()
+        self.actuator_test.stop()
         self._auto_disarm = AutoDisarm(self.parameters)
         self._landed_detector.begin(airborne=airborne)
         self._regime.begin(cruise)
@@ -170,7 +174,11 @@ class Events:
     def _ask(self) -> None:
         """Let the mode ask the control laws for the next moment."""
         if not self.armed:
-            self.demand.off()
+            tried = self.actuator_test.controls(self.view)
+            if tried is None:
+                self.demand.off()
+            else:
+                self.demand.direct(tried)
             return
         behaviour = self._behaviour
         if self.on_ground and not behaviour.lifts(self.view):

@@ -1,47 +1,42 @@
-"""The vehicle's MAVLink side as one object: links, microservices, telemetry, servo input.
+"""The vehicle's MAVLink side as one object: links, routing, microservices, telemetry, servo input.
 
-It never waits, never raises for what arrives, and sees the flight only through immutable snapshots.
+It never waits, and never raises for what arrives. Telemetry sees the flight through immutable snapshots; the services
+give its commands to the simulation between two steps.
 """
 
 import math
 import socket
 import time
+import traceback
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Final, Self
 
-import numpy as np
-
-from sitl.hil.hil_messages import hil_gps, hil_sensor, hil_state, hil_state_quaternion
 from sitl.hil.servo_input import ServoInput, Source
 from sitl.mavlink.codec import MessageCodec, codec, codec_by_id
 from sitl.mavlink.command import Command, CommandService
-from sitl.mavlink.context import Context, context_for
+from sitl.mavlink.context import context_for
 from sitl.mavlink.dialect import tiltwing as mav
 from sitl.mavlink.frames import Frame
-from sitl.mavlink.heartbeat import HEARTBEAT_PERIOD, heartbeat
-from sitl.mavlink.links import Link, LinkSpec, Peer, parse_link
-from sitl.mavlink.mavlink_version import autopilot_version, protocol_version, register_old_requests
-from sitl.mavlink.message_interval import DEFAULT_RATES, LinkStreams, MessageIntervalService
-from sitl.mavlink.ping import PingService
-from sitl.mavlink.service import Sender
-from sitl.mavlink.servo_outputs import servo_input_handlers, servo_output_raw
+from sitl.mavlink.identity import PX4, Identity
+from sitl.mavlink.links import Link, LinkSpec, Messages, Peer, parse_link
+from sitl.mavlink.message_interval import LinkStreams, MessageIntervalService
+from sitl.mavlink.router import QUIET, Router, targets_of
+from sitl.mavlink.service import Builder, Handler, Sender, Service
+from sitl.mavlink.services import microservices
+from sitl.mavlink.servo_outputs import servo_input_handlers
+from sitl.mavlink.signing import Signing
+from sitl.mavlink.standard_modes import HEARTBEAT_PERIOD
+from sitl.mavlink.state_folder import StateFolder
 from sitl.mavlink.statustext import StatusText
+from sitl.mavlink.streams import BUILDERS, DEFAULT_RATES
+from sitl.mavlink.tape import Tape
 from sitl.mavlink.tcp import TcpIn, TcpOut
-from sitl.mavlink.telemetry import (
-    altitude,
-    attitude,
-    attitude_quaternion,
-    global_position_int,
-    local_position_ned,
-    vfr_hud,
-)  # fmt: skip
-from sitl.mavlink.timesync import TimesyncService
+from sitl.mavlink.timers import Timer, Timers
 from sitl.mavlink.udp import UdpIn, UdpOut
-from sitl.mavlink.vehicle_status import extended_sys_state, named_value_float, sys_status, system_time, tilt_status
+from sitl.simulation import Simulation
 from sitl.snapshot import Snapshot
-from vehicle_model.aircraft import Channel
 
-__all__ = ["RELEASE_SERVOS", "TELEMETRY", "MavlinkFace"]
+__all__ = ["RELEASE_SERVOS", "MavlinkFace"]
 
 AUTOPILOT: Final = mav.MAV_COMP_ID_AUTOPILOT1
 RELEASE_SERVOS: Final = mav.MAV_CMD_USER_1
@@ -49,78 +44,81 @@ RELEASE_SERVOS: Final = mav.MAV_CMD_USER_1
 _KINDS: dict[str, Callable[[LinkSpec, int, int], Link]] = {
     "udpout": UdpOut, "udpin": UdpIn, "tcpin": TcpIn, "tcpout": TcpOut,
 }  # fmt: skip
-
-# Every message that can be streamed, and who makes its fields from a snapshot.
-TELEMETRY: dict[str, Callable[[Snapshot, Context], tuple[Any, ...]]] = {
-    "HEARTBEAT": heartbeat,
-    "SYS_STATUS": sys_status,
-    "SYSTEM_TIME": system_time,
-    "EXTENDED_SYS_STATE": extended_sys_state,
-    "ATTITUDE": attitude,
-    "ATTITUDE_QUATERNION": attitude_quaternion,
-    "LOCAL_POSITION_NED": local_position_ned,
-    "GLOBAL_POSITION_INT": global_position_int,
-    "VFR_HUD": vfr_hud,
-    "ALTITUDE": altitude,
-    "SERVO_OUTPUT_RAW": servo_output_raw,
-    "NAMED_VALUE_FLOAT": named_value_float,
-    "TILT_STATUS": tilt_status,
-    "HIL_STATE_QUATERNION": hil_state_quaternion,
-    "HIL_STATE": hil_state,
-    "HIL_SENSOR": hil_sensor,
-    "HIL_GPS": hil_gps,
-}
-
 _USUAL_SPEED = 500.0  # as fast as possible, in multiples of real time
 _SPEED_WINDOW = 0.05  # over which the speed reached is measured [s], wall time
+_UPDATE_PERIOD = 0.02  # of the services' look at the vehicle [s], simulated
 
 
 class MavlinkFace:
-    """Everything the vehicle says and hears over MAVLink.
+    """Everything the vehicle says and hears over MAVLink; the `Exchange` of its microservices.
 
     Attributes:
         servo_input: servo outputs of an outside controller.
         system, component: our ids.
+        services: the microservices.
+        context: what telemetry knows beside the snapshot.
+        restart_wanted: arguments for `Simulation.restart` that somebody has asked for, or None.
+        stop_wanted: somebody has asked for the end of the process.
+        internal_errors: how often a service failed at something; the vehicle flies on.
+
+    See `sitl.mavlink.service.Exchange` for the rest.
     """
 
     def __init__(
         self,
-        links: Iterable[str | LinkSpec],
-        channels: Sequence[Channel],
+        links: Iterable[str | LinkSpec | Link],
+        simulation: Simulation,
         *,
-        vehicle: np.ndarray,
+        identity: Identity = PX4,
         system_id: int = 1,
         servos_sysid: int | None = None,
         servo_timeout: float = 0.5,
         unix_epoch: float | None = None,
         speed: float = 1.0,
         lockstep: bool = False,
-        autopilot: bool = False,
+        signing: Signing | None = None,
+        state: StateFolder | None = None,
+        tape: Tape | None = None,
         on_text: Callable[[int, str], None] | None = None,
     ) -> None:
         """Open the links.
 
         Args:
-            links: connection strings (see `sitl.mavlink.links.parse_link`), or what they say.
-            channels: the aircraft's channel map, `Aircraft.channels`.
-            vehicle: its VEHICLE record, shape (1,), `Aircraft.vehicle`.
+            links: connection strings (see `sitl.mavlink.links.parse_link`), what they say, or open links.
+            simulation: the vehicle.
+            identity: whom it looks like.
             system_id: our MAVLink system id; the component is 1, autopilot.
             servos_sysid: take servo outputs from this system only.
             servo_timeout: silence after which servo outputs are stale, simulated seconds at the requested speed.
             unix_epoch: UTC at simulated time zero [s since 1970]; the present if None.
             speed: simulated seconds per wall second asked for; inf is as fast as possible.
             lockstep: HIL_ACTUATOR_CONTROLS are ticks, answered by `answer`.
-            autopilot: the vehicle's own flight controller flies while nobody gives servo outputs.
+            signing: the key, if there is one, and what belongs to it.
+            state: where parameters, missions, logs and files are kept; by default nothing outlives the process.
+            tape: records all traffic.
             on_text: told (MAV_SEVERITY, text) what the pilot is told.
 
         Raises LinkError, and leaves nothing open, if a link cannot be had.
         """
         self.system = system_id
         self.component = AUTOPILOT
-        self._context = context_for(vehicle, channels, time.time() if unix_epoch is None else unix_epoch)
+        self.simulation = simulation
+        self.identity = identity
+        self.speed = speed
+        self.wall_time = time.monotonic()
+        self.signing = signing or Signing()
+        self.state = StateFolder() if state is None else state
+        self._owns_state = state is None
+        self.restart_wanted: dict[str, Any] | None = None
+        self.stop_wanted = False
+        self.internal_errors = 0
+        self.context = context_for(simulation, time.time() if unix_epoch is None else unix_epoch)
+        self._timers = Timers()
+        self._tape = tape
         self._status_text = StatusText()
         self._on_text = on_text
         self._snapshot: Snapshot | None = None
+        self._next_update = -math.inf  # simulated time [s]
         self._caps_rates = speed > 1.0 or lockstep
         # Until it is measured: the speed asked for, or about what a computer reaches.
         self._stretch = 1.0 if lockstep else max(1.0, min(speed, _USUAL_SPEED))
@@ -130,41 +128,54 @@ class MavlinkFace:
         self._links: list[tuple[Link, LinkStreams]] = []
         try:
             for given in links:
-                spec = parse_link(given) if isinstance(given, str) else given
-                link = _KINDS[spec.kind](spec, system_id, AUTOPILOT)
-                self._links.append((link, LinkStreams(DEFAULT_RATES[spec.streams])))
+                self._open(given)
         except ValueError:
             self.close()
             raise
-
+        self._router = Router(link for link, _ in self._links)
+        self._servo_sender: tuple[Link, Peer] | None = None
         self.servo_input = ServoInput(
-            channels,
+            simulation.aircraft.channels,
             self.statustext,
             system=servos_sysid,
             timeout=servo_timeout,
             speed=speed,
             lockstep=lockstep,
-            fallback="autopilot flies" if autopilot else "last ones held",
+            fallback="autopilot flies" if simulation.autopilot else "last ones held",
         )
-        self._servo_sender: tuple[Link, Peer] | None = None
         self._servo_handlers = servo_input_handlers(self.servo_input)
-
-        commands = CommandService(self)
-        intervals = MessageIntervalService(self, commands, frozenset(codec(name).id for name in TELEMETRY))
-        for link, streams in self._links:
-            intervals.add_link(link, streams)
-        intervals.add_requestable("AUTOPILOT_VERSION", lambda: autopilot_version(system_id))
-        intervals.add_requestable("PROTOCOL_VERSION", protocol_version)
-        register_old_requests(commands, intervals.request)
-        commands.register(RELEASE_SERVOS, self._release_servos)
-        self._handlers: dict[int, Callable[[bytes, Sender], None]] = {
-            mav.MAVLINK_MSG_ID_COMMAND_LONG: commands.on_command_long,
-            mav.MAVLINK_MSG_ID_COMMAND_INT: commands.on_command_int,
-            mav.MAVLINK_MSG_ID_PING: PingService(self).on_ping,
-            mav.MAVLINK_MSG_ID_TIMESYNC: TimesyncService(self).on_timesync,
-        }
-        self._telemetry = {codec(name).id: make for name, make in TELEMETRY.items()}
         self._hil_answer = (codec("HIL_STATE_QUATERNION").id, codec("HIL_SENSOR").id)
+        self.services: list[Service] = []
+        self._handlers: dict[int, tuple[MessageCodec, Handler]] = {}
+        self._builders: dict[int, Builder] = {codec(name).id: build for name, build in BUILDERS.items()}
+        self._serve()
+
+    def _open(self, given: str | LinkSpec | Link) -> None:
+        if isinstance(given, Link):
+            link = given
+        else:
+            spec = parse_link(given) if isinstance(given, str) else given
+            link = _KINDS[spec.kind](spec, self.system, self.component)
+        link.number = len(self._links)
+        link.signing = self.signing
+        link.tape = None if self._tape is None else self._tape.sent
+        streams = link.spec.streams
+        self._links.append((link, LinkStreams(DEFAULT_RATES[self.identity.streams.get(streams, streams)])))
+
+    def _serve(self) -> None:
+        """Let every service fill its tables in."""
+        self.services = microservices(self)
+        (commands,) = (service for service in self.services if isinstance(service, CommandService))
+        (intervals,) = (service for service in self.services if isinstance(service, MessageIntervalService))
+        for service in self.services:
+            self._handlers |= {codec(name).id: (codec(name), take) for name, take in service.messages().items()}
+            self._builders |= {codec(name).id: build for name, build in service.telemetry().items()}
+            commands.handlers.update(service.commands())
+            intervals.on_request.update({codec(name).id: (codec(name), m) for name, m in service.requestable().items()})
+        commands.handlers[RELEASE_SERVOS] = self._release_servos
+        intervals.streamed = frozenset(self._builders)
+        intervals.streams = dict(self._links)
+        self._updated = [service for service in self.services if type(service).update is not Service.update]
 
     def __enter__(self) -> Self:
         """Close the links at the end of a with block."""
@@ -182,24 +193,34 @@ class MavlinkFace:
 
     def receive(self, wall_time: float) -> None:
         """Take in what has arrived on all links, without waiting, and answer it. `wall_time` is monotonic [s]."""
+        self.wall_time = wall_time
         for link, _ in self._links:
             for peer, data in link.receive(wall_time):
                 scanner = peer.scanner
                 malformed = scanner.malformed
                 frames = scanner.scan(data)
                 link.malformed += scanner.malformed - malformed
-                if frames:
-                    link.believe(peer, wall_time)
-                    link.rx += len(frames)
-                    for frame in frames:
-                        self._take(frame, link, peer, wall_time)
+                for frame in frames:
+                    self._guarded(lambda: self._take(frame, link, peer, wall_time))  # noqa: B023  (called at once)
+
+    def attend(self, wall_time: float) -> None:
+        """Do what the services have set a wall time for."""
+        self.wall_time = wall_time
+        if self._timers.next_due <= wall_time:
+            self._timers.run(wall_time)
 
     def next_due(self) -> float:
         """Simulated time [s] at which the next periodic message is due."""
         return min((streams.next_due_us for _, streams in self._links), default=math.inf) * 1e-6
 
+    @property
+    def next_attention(self) -> float:
+        """Wall time [s] at which `attend` has something to do."""
+        return self._timers.next_due
+
     def publish(self, snapshot: Snapshot, wall_time: float) -> None:
         """Send what is due at the snapshot's time, and by wall time what is due then (the heartbeat)."""
+        self.wall_time = wall_time
         self._see(snapshot)
         now_us = self.servo_input.time_us
         if self._caps_rates:
@@ -207,46 +228,61 @@ class MavlinkFace:
         is_heartbeat_due = wall_time >= self._next_heartbeat
         if is_heartbeat_due:
             self._keep_house(wall_time)
-        payloads: dict[int, tuple[MessageCodec, bytes]] = {}
+        made: dict[int, tuple[MessageCodec, bytes] | None] = {}
         for link, streams in self._links:
             due = streams.take_due(now_us, self._stretch) if streams.next_due_us <= now_us else []
-            if is_heartbeat_due:
+            if is_heartbeat_due and link.spec.streams != QUIET:
                 due.insert(0, mav.MAVLINK_MSG_ID_HEARTBEAT)
-            if due:
-                audience = link.audience
-                if audience:
-                    for message_id in due:
-                        if message_id not in payloads:
-                            payloads[message_id] = self._made(message_id, snapshot)
-                    messages = [payloads[message_id] for message_id in due]
-                    for peer in audience:
-                        link.send(peer, messages)
+            audience = link.audience if due else ()
+            if audience:
+                for message_id in due:
+                    if message_id not in made:
+                        made[message_id] = self._made(message_id, snapshot)
+                messages = [message for message_id in due if (message := made[message_id]) is not None]
+                for peer in audience:
+                    link.deliver(peer, messages)
+        if made and self._tape is not None:
+            self._tape.sent([message for message in made.values() if message is not None])
+        if snapshot.time >= self._next_update:
+            self._next_update = snapshot.time + _UPDATE_PERIOD
+            for service in self._updated:
+                self._guarded(lambda: service.update(snapshot))  # noqa: B023  (called at once)
 
     def answer(self, snapshot: Snapshot, wall_time: float) -> None:
         """In lockstep: tell the controller the state its tick has led to (HIL_STATE_QUATERNION, HIL_SENSOR)."""
-        del wall_time
+        self.wall_time = wall_time
         self._see(snapshot)
         if self._servo_sender is not None:
             link, peer = self._servo_sender
-            link.send(peer, [self._made(message_id, snapshot) for message_id in self._hil_answer])
+            made = (self._made(message_id, snapshot) for message_id in self._hil_answer)
+            link.send(peer, [message for message in made if message is not None])
 
-    def statustext(self, severity: int, text: str) -> None:
-        """Send a text for the pilot (severity as MAV_SEVERITY) to everybody on all links."""
-        messages = self._status_text.messages(severity, text)
-        for link, _ in self._links:
-            for peer in link.audience:
-                link.send(peer, messages)
-        if self._on_text is not None:
-            self._on_text(severity, text)
+    def restarted(self) -> None:
+        """The simulation has begun anew: so do streams and services."""
+        self.restart_wanted = None
+        self._snapshot = None
+        self._speed_mark = None
+        self._next_update = -math.inf
+        self.context.restarted()
+        for _, streams in self._links:
+            streams.restart()
+        for service in self.services:
+            self._guarded(service.restarted)
 
     def statistics(self) -> dict[str, dict[str, int]]:
-        """Counters rx, tx, dropped, malformed of each link, by its connection string."""
+        """Counters rx, tx, dropped, malformed, rejected of each link, by its connection string."""
         return {link.spec.text: link.statistics() for link, _ in self._links}
 
     def close(self) -> None:
-        """Close all links."""
+        """Let the services end, and close all links."""
+        for service in getattr(self, "services", ()):
+            self._guarded(service.close)
         for link, _ in self._links:
             link.close()
+        if self._tape is not None:
+            self._tape.close()
+        if self._owns_state:
+            self.state.close()
 
     # -- what the microservices call (sitl.mavlink.service.Exchange) -----------------------------------------------
 
@@ -255,44 +291,113 @@ class MavlinkFace:
         """Simulated time of the present state [us]."""
         return self.servo_input.time_us
 
-    def reply(self, sender: Sender, name: str, **fields: Any) -> None:
-        """Send one message to the sender of another, and to nobody else."""
-        packer = codec(name)
-        sender.link.send(sender.peer, [(packer, packer.payload_of(**fields))])
+    @property
+    def links(self) -> Sequence[Link]:
+        """See Exchange."""
+        return [link for link, _ in self._links]
 
-    def is_for_us(self, target_system: int, target_component: int) -> bool:
-        """Whether a message with this target is ours to answer (0 means everybody)."""
-        return target_system in (0, self.system) and target_component in (0, self.component)
+    def reply(self, sender: Sender, name: str, **fields: Any) -> bool:
+        """See Exchange."""
+        packer = codec(name)
+        if packer.has_target and "target_system" in packer.field_names:
+            fields.setdefault("target_system", sender.system)
+            if "target_component" in packer.field_names:
+                fields.setdefault("target_component", sender.component)
+        return sender.link.send(sender.peer, [(packer, packer.payload_of(**fields))])
+
+    def broadcast(self, name: str, **fields: Any) -> None:
+        """See Exchange."""
+        packer = codec(name)
+        self._to_everybody([(packer, packer.payload_of(**fields))])
+
+    def tell(self, sender: Sender, severity: int, text: str) -> None:
+        """See Exchange."""
+        sender.link.send(sender.peer, self._status_text.messages(severity, text))
+
+    def statustext(self, severity: int, text: str) -> None:
+        """See Exchange."""
+        self._to_everybody(self._status_text.messages(severity, text))
+        if self._on_text is not None:
+            self._on_text(severity, text)
+
+    def after(self, delay: float, call: Callable[[], None]) -> Timer:
+        """See Exchange."""
+        return self._timers.at(self.wall_time + delay, lambda: self._guarded(call))
 
     def telemetry(self, message_id: int) -> tuple[MessageCodec, bytes] | None:
-        """A streamed message as it would be sent now; None before the first snapshot."""
+        """See Exchange."""
         return None if self._snapshot is None else self._made(message_id, self._snapshot)
+
+    def request_stop(self) -> None:
+        """See Exchange."""
+        self.stop_wanted = True
+
+    def request_restart(self, **how: Any) -> None:
+        """See Exchange."""
+        self.restart_wanted = how
 
     # -- inside --------------------------------------------------------------------------------------------------
 
     def _take(self, frame: Frame, link: Link, peer: Peer, wall_time: float) -> None:
-        message_id, system, component, payload = frame
+        message_id, system, component, payload, raw, is_known = frame
         if system == self.system and component == self.component:
             return  # our own words, come back over some router
+        if self.signing.is_on and not self.signing.verdict(
+            raw, system, component, message_id, trusted=link.spec.trusted
+        ).accepted:
+            link.rejected += 1
+            return
+        link.believe(peer, wall_time)
+        link.rx += 1
+        self._router.learn(frame, link, peer)
+        if self._tape is not None:
+            self._tape.received(frame)
         servo_handler = self._servo_handlers.get(message_id)
-        if servo_handler is not None:
+        if servo_handler is not None:  # between a simulator and its controller: nobody else's matter
             source = Source(system, component, link.spec.text)
             servo_handler(payload, source, wall_time)
             if self.servo_input.source == source:
                 self._servo_sender = (link, peer)
             return
-        handler = self._handlers.get(message_id)
-        if handler is not None:
-            handler(payload, Sender(system, component, link, peer))
+        target = targets_of(frame)
+        if target != (self.system, self.component):
+            self._router.forward(frame, target, peer)
+        if is_known and target[0] in (0, self.system) and target[1] in (0, self.component):
+            served = self._handlers.get(message_id)
+            if served is not None:
+                packer, handler = served
+                handler(packer.read(payload), Sender(system, component, link, peer))
+
+    def _guarded(self, call: Callable[[], None]) -> None:
+        """Whatever a service does wrong, the vehicle keeps flying and says so."""
+        try:
+            call()
+        except Exception:  # noqa: BLE001
+            self.internal_errors += 1
+            if self.internal_errors == 1:
+                traceback.print_exc()
+            self.statustext(mav.MAV_SEVERITY_ERROR, f"Internal error {self.internal_errors} of the MAVLink side")
 
     def _see(self, snapshot: Snapshot) -> None:
         self._snapshot = snapshot
         self.servo_input.time_us = round(snapshot.time * 1e6)
-        self._context.note(snapshot)
+        self.context.note(snapshot)
 
-    def _made(self, message_id: int, snapshot: Snapshot) -> tuple[MessageCodec, bytes]:
+    def _made(self, message_id: int, snapshot: Snapshot) -> tuple[MessageCodec, bytes] | None:
+        build = self._builders.get(message_id)
+        values = None if build is None else build(snapshot, self.context)
+        if values is None:
+            return None
         packer = codec_by_id(message_id)
-        return packer, packer.payload(self._telemetry[message_id](snapshot, self._context))
+        return packer, packer.payload(values)
+
+    def _to_everybody(self, messages: Messages) -> None:
+        if self._tape is not None:
+            self._tape.sent(messages)
+        for link, _ in self._links:
+            if link.spec.streams != QUIET:
+                for peer in link.audience:
+                    link.deliver(peer, messages)
 
     def _measure_speed(self, simulated: float, wall_time: float) -> None:
         if self._speed_mark is None:
@@ -308,12 +413,13 @@ class MavlinkFace:
         self._next_heartbeat = wall_time + HEARTBEAT_PERIOD
         for link, _ in self._links:
             link.forget_silent(wall_time)
-        self._context.received = sum(link.rx for link, _ in self._links)
-        self._context.malformed = sum(link.malformed for link, _ in self._links)
+        self._router.forget()
+        self.context.received = sum(link.rx for link, _ in self._links)
+        self.context.malformed = sum(link.malformed for link, _ in self._links)
         wall, processor = self._load_mark
         now = (time.monotonic(), time.process_time())
         if now[0] > wall:
-            self._context.load = (now[1] - processor) / (now[0] - wall)
+            self.context.load = (now[1] - processor) / (now[0] - wall)
         self._load_mark = now
 
     def _release_servos(self, command: Command) -> int:

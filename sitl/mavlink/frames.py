@@ -18,12 +18,17 @@ _MAX_FALSE_STARTS = 32
 
 
 class Frame(NamedTuple):
-    """A frame whose checksum is right. The payload is as on the wire: trailing zeros may be cut."""
+    """A frame whose checksum is right, or of a message that we do not know and therefore cannot check.
+
+    The payload is as on the wire: trailing zeros may be cut. `raw` is the whole frame.
+    """
 
     message: int
     system: int
     component: int
     payload: bytes
+    raw: bytes
+    is_known: bool = True
 
 
 @cache
@@ -47,7 +52,7 @@ class FrameScanner:
         self._extras = _extras()
 
     def scan(self, data: bytes) -> list[Frame]:
-        """Frames in `data`, in order; those of messages outside the dialect, which we cannot check, are left out."""
+        """Frames in `data`, in order."""
         if self._rest:
             data = self._rest + data
             self._rest = b""
@@ -61,12 +66,9 @@ class FrameScanner:
                     return frames
                 end = 0
             if end:
-                frame = self._checked(data, position)
+                frame = self._checked(data, position, end) or self._foreign(data, position, end, length)
                 if frame is not None:
                     frames.append(frame)
-                    position = end
-                    continue
-                if self._is_foreign(data, position, end, length):
                     position = end
                     continue
             self.malformed += 1
@@ -91,30 +93,31 @@ class FrameScanner:
             return length + 1 if start + 2 > length else start + 8 + data[start + 1]
         return 0
 
-    def _checked(self, data: bytes, start: int) -> Frame | None:
-        """The frame at `start`, if its message is known and its checksum right."""
-        size = data[start + 1]
-        if data[start] == MAGIC_V2:
-            message = data[start + 7] | data[start + 8] << 8 | data[start + 9] << 16
-            payload_start, sender = start + 10, start + 5
-        else:
-            message = data[start + 5]
-            payload_start, sender = start + 6, start + 3
+    def _checked(self, data: bytes, start: int, end: int) -> Frame | None:
+        """The frame from `start` to `end`, if its message is known and its checksum right."""
+        message, sender, payload = _places(data, start)
         extra = self._extras.get(message)
         if extra is None:
             return None
-        checksum = payload_start + size
+        checksum = payload + data[start + 1]
         if mcrf4xx(data[start + 1 : checksum] + extra) != data[checksum] | data[checksum + 1] << 8:
             return None
-        return Frame(message, data[sender], data[sender + 1], data[payload_start:checksum])
+        return Frame(message, data[sender], data[sender + 1], data[payload:checksum], data[start:end])
 
-    def _is_foreign(self, data: bytes, start: int, end: int, length: int) -> bool:
+    def _foreign(self, data: bytes, start: int, end: int, length: int) -> Frame | None:
         """A frame of an unknown message, believed only if another frame or nothing follows it."""
-        if data[start] == MAGIC_V2:
-            message = data[start + 7] | data[start + 8] << 8 | data[start + 9] << 16
-        else:
-            message = data[start + 5]
-        return message not in self._extras and (end == length or data[end] in (MAGIC_V1, MAGIC_V2))
+        message, sender, payload = _places(data, start)
+        if message in self._extras or not (end == length or data[end] in (MAGIC_V1, MAGIC_V2)):
+            return None
+        whole = data[payload : payload + data[start + 1]]
+        return Frame(message, data[sender], data[sender + 1], whole, data[start:end], is_known=False)
+
+
+def _places(data: bytes, start: int) -> tuple[int, int, int]:
+    """Message id of the frame at `start`, and where its sender's ids and its payload begin."""
+    if data[start] == MAGIC_V2:
+        return data[start + 7] | data[start + 8] << 8 | data[start + 9] << 16, start + 5, start + 10
+    return data[start + 5], start + 3, start + 6
 
 
 def _next_magic(data: bytes, start: int) -> int:

@@ -7,17 +7,26 @@ and an error of the network is never an error of the flight.
 import socket
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from sitl.mavlink.codec import MessageCodec
 from sitl.mavlink.frames import FrameScanner
 
-__all__ = ["Link", "LinkError", "LinkSpec", "Peer", "parse_link"]
+if TYPE_CHECKING:
+    from sitl.mavlink.signing import Signing
+
+__all__ = ["Link", "LinkError", "LinkSpec", "Messages", "Peer", "parse_link"]
+
+Messages = list[tuple[MessageCodec, bytes]]  # each a codec and a payload
 
 LOOPBACK = "127.0.0.1"
 KINDS = ("udpout", "udpin", "tcpin", "tcpout")
-STREAM_SETS = ("normal", "onboard")
+STREAM_SETS = ("normal", "onboard", "viewer", "minimal", "highlatency")
+TRUSTED, SINGLE = "trusted", "single"
+OPTIONS = (*STREAM_SETS, TRUSTED, SINGLE)
+VIEWER_PORT = 19410  # where viewers of simulated flights listen, by PX4's habit
 ONBOARD_PORTS = range(14540, 14550)  # where SDKs listen, by PX4's habit; one for each instance
 MAX_DATAGRAM = 1400  # several messages share a datagram up to this size, which passes everywhere unfragmented [bytes]
 MAX_READS = 100  # of one link before the others and the flight get their turn
@@ -38,15 +47,19 @@ class LinkSpec:
     host: str
     port: int
     streams: str  # one of STREAM_SETS
+    trusted: bool = False  # takes unsigned messages where others do not
+    single: bool = False  # one message per datagram
 
 
 def parse_link(text: str) -> LinkSpec:
-    """Read `udpout:HOST:PORT`, `udpin:[HOST:]PORT`, `tcpin:[HOST:]PORT` or `tcpout:HOST:PORT`.
+    """Read `udpout:HOST:PORT`, `udpin:[HOST:]PORT`, `tcpin:[HOST:]PORT` or `tcpout:HOST:PORT`, and options after it.
 
-    `,normal` or `,onboard` may follow and chooses the default streams; without it PX4's ports for SDKs (14540 to 14549)
-    get those for SDKs. A link that listens does so on loopback unless a host is given. Raises LinkError.
+    Options follow after commas: one of STREAM_SETS chooses the default streams; without it PX4's ports for SDKs (14540
+    to 14549) get those for SDKs and its port for viewers theirs; `trusted` takes unsigned messages where signing is on;
+    `single` puts one message into a datagram. A link that listens does so on loopback unless a host is given. Raises
+    LinkError.
     """
-    address, comma, streams = text.partition(",")
+    address, *options = text.split(",")
     kind, _, rest = address.partition(":")
     host, colon, port_text = rest.rpartition(":")
     expected = f"link {text!r}: expected udpout:HOST:PORT, udpin:[HOST:]PORT, tcpin:[HOST:]PORT or tcpout:HOST:PORT"
@@ -60,12 +73,14 @@ def parse_link(text: str) -> LinkSpec:
         msg = f"{expected}, got no host"
         raise LinkError(msg)
     port = int(port_text)
-    if not comma:
-        streams = "onboard" if port in ONBOARD_PORTS else "normal"
-    elif streams not in STREAM_SETS:
-        msg = f"{expected}, with ,normal or ,onboard after it, got {streams!r}"
+    sets = [option for option in options if option in STREAM_SETS]
+    if len(sets) > 1 or not set(options) <= set(OPTIONS):
+        wrong = next((option for option in options if option not in OPTIONS), ",".join(sets))
+        msg = f"{expected}, with ,{' or ,'.join(OPTIONS)} after it, got {wrong!r}"
         raise LinkError(msg)
-    return LinkSpec(text, kind, host.strip("[]") or LOOPBACK, port, streams)
+    usual = "onboard" if port in ONBOARD_PORTS else "viewer" if port == VIEWER_PORT else "normal"
+    streams = sets[0] if sets else usual
+    return LinkSpec(text, kind, host.strip("[]") or LOOPBACK, port, streams, TRUSTED in options, SINGLE in options)
 
 
 def resolve(spec: LinkSpec, kind: socket.SocketKind) -> tuple[socket.AddressFamily, tuple[str, int]]:
@@ -99,9 +114,13 @@ class Link(ABC):
     Attributes:
         spec: the connection string.
         system, component: ids that its frames carry.
+        number: of the link among ours, which its signatures name.
+        signing: signs its frames while there is a key.
+        tape: told of every message that is sent to one peer alone; None: nobody records.
         tx, rx: messages sent and received.
         dropped: messages not sent because a buffer was full or the network refused.
         malformed: pieces received that are no MAVLink.
+        rejected: messages received that signing did not let in.
     """
 
     def __init__(self, spec: LinkSpec, system: int, component: int) -> None:
@@ -109,8 +128,11 @@ class Link(ABC):
         self.spec = spec
         self.system = system
         self.component = component
-        self.tx = self.rx = self.dropped = self.malformed = 0
-        self.max_datagram = MAX_DATAGRAM
+        self.number = 0
+        self.signing: Signing | None = None
+        self.tape: Callable[[Messages], None] | None = None
+        self.tx = self.rx = self.dropped = self.malformed = self.rejected = 0
+        self.max_datagram = 0 if spec.single else MAX_DATAGRAM
 
     @property
     @abstractmethod
@@ -121,6 +143,11 @@ class Link(ABC):
     @abstractmethod
     def audience(self) -> list[Peer]:
         """Peers that get what is sent to everybody on this link."""
+
+    @property
+    def peers(self) -> list[Peer]:
+        """Everybody who can be reached on it."""
+        return self.audience
 
     @abstractmethod
     def receive(self, wall_time: float) -> Iterator[tuple[Peer, bytes]]:
@@ -141,28 +168,50 @@ class Link(ABC):
     def forget_silent(self, wall_time: float) -> None:  # noqa: B027  (a connection ends by itself: only UDP forgets)
         """Forget peers that were not heard for PEER_SILENCE."""
 
-    def send(self, peer: Peer, messages: list[tuple[MessageCodec, bytes]]) -> None:
-        """Send messages (codec and payload) to one peer, as many to a datagram as fit."""
+    def send(self, peer: Peer, messages: "Messages") -> bool:
+        """Send messages (codec and payload) to this peer alone; False if its socket did not take all of them."""
+        if self.tape is not None:
+            self.tape(messages)
+        return self.deliver(peer, messages)
+
+    def deliver(self, peer: Peer, messages: "Messages") -> bool:
+        """Hand messages to a peer, as many to a datagram as fit; False if its socket did not take all of them."""
+        signing = self.signing if self.signing is not None and self.signing.is_on else None
         datagram = b""
         count = 0
+        taken = True
         for codec, payload in messages:
-            frame = codec.frame(payload, peer.sequence, self.system, self.component)
+            frame = codec.frame(payload, peer.sequence, self.system, self.component, signed=signing is not None)
+            if signing is not None:
+                frame = signing.sign(frame, self.number)
             peer.sequence = (peer.sequence + 1) & 0xFF
             if count and len(datagram) + len(frame) > self.max_datagram:
-                self._count(self._transmit(peer, datagram), count)
+                taken &= self._count(self._transmit(peer, datagram), count)
                 datagram, count = frame, 1
             else:
                 datagram += frame
                 count += 1
         if count:
-            self._count(self._transmit(peer, datagram), count)
+            taken &= self._count(self._transmit(peer, datagram), count)
+        return taken
+
+    def forward(self, peer: Peer, frame: bytes) -> None:
+        """Pass a frame of somebody else on as it came."""
+        self._count(self._transmit(peer, frame), 1)
 
     def statistics(self) -> dict[str, int]:
         """The counters."""
-        return {"rx": self.rx, "tx": self.tx, "dropped": self.dropped, "malformed": self.malformed}
+        return {
+            "rx": self.rx,
+            "tx": self.tx,
+            "dropped": self.dropped,
+            "malformed": self.malformed,
+            "rejected": self.rejected,
+        }
 
-    def _count(self, was_taken: bool, messages: int) -> None:
+    def _count(self, was_taken: bool, messages: int) -> bool:
         if was_taken:
             self.tx += messages
         else:
             self.dropped += messages
+        return was_taken

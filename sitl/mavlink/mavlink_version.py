@@ -6,30 +6,48 @@ https://mavlink.io/en/guide/mavlink_version.html. Both are sent on request only.
 import hashlib
 import platform
 import re
-from collections.abc import Callable
+from collections.abc import Mapping
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from sitl.mavlink.command import Command, CommandService
 from sitl.mavlink.dialect import tiltwing as mav
+from sitl.mavlink.identity import Identity
+from sitl.mavlink.service import Requestable, Service
 
-__all__ = ["autopilot_version", "protocol_version", "register_old_requests"]
+__all__ = ["MavlinkVersionService", "autopilot_version", "protocol_version"]
 
-CAPABILITIES = mav.MAV_PROTOCOL_CAPABILITY_MAVLINK2 | mav.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
+CAPABILITIES = (
+    mav.MAV_PROTOCOL_CAPABILITY_MAVLINK2
+    | mav.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
+    | mav.MAV_PROTOCOL_CAPABILITY_MISSION_INT
+    | mav.MAV_PROTOCOL_CAPABILITY_MISSION_FLOAT
+    | mav.MAV_PROTOCOL_CAPABILITY_MISSION_FENCE
+    | mav.MAV_PROTOCOL_CAPABILITY_MISSION_RALLY
+    | mav.MAV_PROTOCOL_CAPABILITY_PARAM_FLOAT
+    | mav.MAV_PROTOCOL_CAPABILITY_FTP
+    | mav.MAV_PROTOCOL_CAPABILITY_SET_ATTITUDE_TARGET
+    | mav.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
+    | mav.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_GLOBAL_INT
+    | mav.MAV_PROTOCOL_CAPABILITY_FLIGHT_TERMINATION
+)
 MAVLINK_2 = 200
 MAVLINK_1 = 100  # is understood, not spoken
 
 
-def autopilot_version(system: int) -> dict[str, object]:
-    """Fields of AUTOPILOT_VERSION for a system id.
+def autopilot_version(system: int, identity: Identity) -> dict[str, object]:
+    """Fields of AUTOPILOT_VERSION for a system id: our own versions, whatever autopilot we look like.
 
     flight: our version and the hash of the model's sources; middleware: Python; os: the kernel. The unique id stays the
     same for a system id.
     """
-    identity = hashlib.sha256(f"tiltwing-sitl {system}".encode()).digest()
+    unique = hashlib.sha256(f"tiltwing-sitl {system}".encode()).digest()
+    if identity.bytewise_parameters:
+        encoding = mav.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE
+    else:
+        encoding = mav.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST
     return {
-        "capabilities": CAPABILITIES,
+        "capabilities": CAPABILITIES | encoding,
         "flight_sw_version": _packed(_own_version()),
         "middleware_sw_version": _packed(platform.python_version()),
         "os_sw_version": _packed(platform.release()),
@@ -39,8 +57,8 @@ def autopilot_version(system: int) -> dict[str, object]:
         "os_custom_version": (0,) * 8,
         "vendor_id": 0,
         "product_id": 0,
-        "uid": int.from_bytes(identity[:8], "little"),
-        "uid2": tuple(identity[:18]),
+        "uid": int.from_bytes(unique[:8], "little"),
+        "uid2": tuple(unique[:18]),
     }
 
 
@@ -55,13 +73,16 @@ def protocol_version() -> dict[str, object]:
     }
 
 
-def register_old_requests(commands: CommandService, request: Callable[[Command, int], int]) -> None:
-    """Serve the older commands that ask for these two messages; `request` sends one, by its id."""
-    for command, message_id in (
-        (mav.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES, mav.MAVLINK_MSG_ID_AUTOPILOT_VERSION),
-        (mav.MAV_CMD_REQUEST_PROTOCOL_VERSION, mav.MAVLINK_MSG_ID_PROTOCOL_VERSION),
-    ):
-        commands.register(command, lambda asked, wanted=message_id: request(asked, wanted))
+class MavlinkVersionService(Service):
+    """Both messages, on request."""
+
+    def requestable(self) -> Mapping[str, Requestable]:
+        """See Service."""
+        exchange = self.exchange
+        return {
+            "AUTOPILOT_VERSION": lambda _: [autopilot_version(exchange.system, exchange.identity)],
+            "PROTOCOL_VERSION": lambda _: [protocol_version()],
+        }
 
 
 def _own_version() -> str:

@@ -6,50 +6,28 @@ stretched above real time so that they keep their rates per wall second; what a 
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from typing import Any
 
+from sitl.flight.refused import Refused
 from sitl.mavlink.codec import MessageCodec, codec
-from sitl.mavlink.command import Command, CommandService, whole_number
+from sitl.mavlink.command import Command, CommandHandler, whole_number
 from sitl.mavlink.dialect import tiltwing as mav
-from sitl.mavlink.heartbeat import HEARTBEAT_PERIOD
-from sitl.mavlink.service import Exchange, Sender
+from sitl.mavlink.links import Link
+from sitl.mavlink.service import Exchange, Handler, Request, Requestable, Sender, Service
+from sitl.mavlink.standard_modes import HEARTBEAT_PERIOD
+from sitl.mavlink.streams import DATA_STREAMS
 
-__all__ = ["DEFAULT_RATES", "LinkStreams", "MessageIntervalService"]
+__all__ = ["LinkStreams", "MessageIntervalService"]
 
-# Messages per second, as PX4 streams them in its modes "normal" (for ground stations) and "onboard" (for SDKs); of our
-# own are SYSTEM_TIME on both, HIL_STATE_QUATERNION, and NAMED_VALUE_FLOAT with the tilt angle. What is due together is
-# sent in this order: HIL_STATE_QUATERNION first tells other simulated vehicles that our SERVO_OUTPUT_RAW is no claim.
-DEFAULT_RATES: Mapping[str, Mapping[str, float]] = {
-    "normal": {
-        "SYS_STATUS": 1.0,
-        "SYSTEM_TIME": 1.0,
-        "EXTENDED_SYS_STATE": 1.0,
-        "ATTITUDE": 50.0,
-        "ATTITUDE_QUATERNION": 50.0,
-        "LOCAL_POSITION_NED": 50.0,
-        "GLOBAL_POSITION_INT": 50.0,
-        "HIL_STATE_QUATERNION": 50.0,
-        "SERVO_OUTPUT_RAW": 50.0,
-        "VFR_HUD": 4.0,
-        "ALTITUDE": 1.0,
-        "NAMED_VALUE_FLOAT": 4.0,
-    },
-    "onboard": {
-        "SYS_STATUS": 5.0,
-        "SYSTEM_TIME": 1.0,
-        "EXTENDED_SYS_STATE": 5.0,
-        "ATTITUDE": 100.0,
-        "ATTITUDE_QUATERNION": 50.0,
-        "LOCAL_POSITION_NED": 30.0,
-        "GLOBAL_POSITION_INT": 50.0,
-        "HIL_STATE_QUATERNION": 50.0,
-        "SERVO_OUTPUT_RAW": 10.0,
-        "VFR_HUD": 10.0,
-        "ALTITUDE": 10.0,
-        "NAMED_VALUE_FLOAT": 10.0,
-    },
+# Commands from before REQUEST_MESSAGE, each for one message.
+OLDER_REQUESTS: Mapping[int, str] = {
+    mav.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: "AUTOPILOT_VERSION",
+    mav.MAV_CMD_REQUEST_PROTOCOL_VERSION: "PROTOCOL_VERSION",
+    mav.MAV_CMD_GET_HOME_POSITION: "HOME_POSITION",
+    mav.MAV_CMD_REQUEST_FLIGHT_INFORMATION: "FLIGHT_INFORMATION",
+    mav.MAV_CMD_REQUEST_STORAGE_INFORMATION: "STORAGE_INFORMATION",
 }
-
 SHORTEST_INTERVAL = 2500  # [us]: 400 Hz
 OFF = -1
 
@@ -74,7 +52,13 @@ class LinkStreams:
         """Begin with these default rates [Hz], by message name."""
         self._defaults = {codec(name).id: round(1e6 / rate) for name, rate in rates.items()}
         self._streams = {key: _Stream(interval, is_default=True) for key, interval in self._defaults.items()}
-        self.next_due_us: float = -math.inf
+        self.next_due_us: float = -math.inf if self._streams else math.inf
+
+    def restart(self) -> None:
+        """Simulated time begins anew."""
+        for stream in self._streams.values():
+            stream.due_us = -math.inf
+        self.next_due_us = -math.inf if self._streams else math.inf
 
     def set(self, message_id: int, interval_us: float) -> None:
         """Stream a message at this interval [us] from now on; 0 for its default rate, -1 for not at all."""
@@ -108,70 +92,97 @@ class LinkStreams:
         return due
 
 
-class MessageIntervalService:
-    """MAV_CMD_SET_MESSAGE_INTERVAL, MAV_CMD_GET_MESSAGE_INTERVAL and MAV_CMD_REQUEST_MESSAGE."""
+class MessageIntervalService(Service):
+    """SET_ and GET_MESSAGE_INTERVAL, REQUEST_MESSAGE, the older commands for single messages, REQUEST_DATA_STREAM.
 
-    def __init__(self, exchange: Exchange, commands: CommandService, streamed: frozenset[int]) -> None:
-        """`streamed`: ids of the messages that can be streamed. Each link gets its streams from `add_link`."""
-        self._exchange = exchange
-        self._streamed = streamed
-        self._by_link: dict[object, LinkStreams] = {}
-        self._on_request: dict[int, tuple[MessageCodec, Callable[[], dict[str, object]]]] = {}
-        commands.register(mav.MAV_CMD_SET_MESSAGE_INTERVAL, self._set_interval)
-        commands.register(mav.MAV_CMD_GET_MESSAGE_INTERVAL, self._get_interval)
-        commands.register(mav.MAV_CMD_REQUEST_MESSAGE, self._request_message)
+    Attributes:
+        streams: of each link.
+        streamed: ids of the messages that can be streamed.
+        on_request: those that are sent on request only, by id: codec and what makes the fields.
 
-    def add_link(self, link: object, streams: LinkStreams) -> None:
-        """Serve a link."""
-        self._by_link[link] = streams
+    All three are filled by the face.
+    """
 
-    def add_requestable(self, name: str, make: Callable[[], dict[str, object]]) -> None:
-        """Offer a message, not streamed, on request; `make` returns its fields."""
-        packer = codec(name)
-        self._on_request[packer.id] = (packer, make)
+    def __init__(self, exchange: Exchange) -> None:
+        """Serve through `exchange`."""
+        super().__init__(exchange)
+        self.streams: dict[Link, LinkStreams] = {}
+        self.streamed: frozenset[int] = frozenset()
+        self.on_request: dict[int, tuple[MessageCodec, Requestable]] = {}
 
-    def _set_interval(self, command: Command) -> int:
+    def messages(self) -> Mapping[str, Handler]:
+        """See Service."""
+        return {"REQUEST_DATA_STREAM": self._on_request_data_stream}
+
+    def commands(self) -> Mapping[int, CommandHandler]:
+        """See Service."""
+        commands: dict[int, CommandHandler] = {
+            mav.MAV_CMD_SET_MESSAGE_INTERVAL: self._set_interval,
+            mav.MAV_CMD_GET_MESSAGE_INTERVAL: self._get_interval,
+            mav.MAV_CMD_REQUEST_MESSAGE: self._request_message,
+        }
+        for older, name in OLDER_REQUESTS.items():
+            commands[older] = lambda command, name=name: self._request(command, codec(name).id, ())
+        return commands
+
+    def _set_interval(self, command: Command) -> None:
         message_id, interval = whole_number(command.params[0]), command.params[1]
         if message_id == mav.MAVLINK_MSG_ID_HEARTBEAT:
-            return mav.MAV_RESULT_DENIED  # its rate is the protocol's, in wall time
-        if message_id not in self._streamed or not math.isfinite(interval) or interval < OFF:
-            return mav.MAV_RESULT_DENIED
-        self._by_link[command.sender.link].set(message_id, interval)
-        return mav.MAV_RESULT_ACCEPTED
+            msg = "message interval: the heartbeat's is fixed"
+            raise Refused(msg)
+        if message_id not in self.streamed:
+            msg = f"message interval: no message {command.params[0]:g} is streamed here"
+            raise Refused(msg)
+        if not math.isfinite(interval) or interval < OFF:
+            msg = f"message interval: expected microseconds, 0 or -1, got {interval:g}"
+            raise Refused(msg)
+        self.streams[command.sender.link].set(message_id, interval)
 
-    def _get_interval(self, command: Command) -> int:
+    def _get_interval(self, command: Command) -> None:
         message_id = whole_number(command.params[0])
         if message_id is None or not 0 <= message_id <= 0xFFFF:
-            return mav.MAV_RESULT_DENIED
+            msg = f"message interval: expected a message id, got {command.params[0]:g}"
+            raise Refused(msg)
         self._send_interval(message_id, command.sender)
-        return mav.MAV_RESULT_ACCEPTED
 
-    def request(self, command: Command, message_id: int | None) -> int:
-        """Send this message once to the sender of a command; returns the MAV_RESULT."""
-        sender = command.sender
-        if message_id in self._on_request:
-            packer, make = self._on_request[message_id]
-            sender.link.send(sender.peer, [(packer, packer.payload_of(**make()))])
+    def _request_message(self, command: Command) -> int:
+        message_id = whole_number(command.params[0])
+        if message_id == mav.MAVLINK_MSG_ID_MESSAGE_INTERVAL:
+            self._get_interval(command._replace(params=command.params[1:]))
             return mav.MAV_RESULT_ACCEPTED
-        if message_id is None or message_id not in self._streamed:
+        return self._request(command, message_id, command.params[1:])
+
+    def _request(self, command: Command, message_id: int | None, params: tuple[float, ...]) -> int:
+        """Send this message to the sender of a command."""
+        sender = command.sender
+        if message_id in self.on_request:
+            packer, make = self.on_request[message_id]
+            made = make(Request(params, sender))
+            if made is None:
+                return mav.MAV_RESULT_DENIED
+            for fields in made:
+                self.exchange.reply(sender, packer.name, **fields)
+            return mav.MAV_RESULT_ACCEPTED
+        if message_id not in self.streamed:
             return mav.MAV_RESULT_DENIED
-        message = self._exchange.telemetry(message_id)
+        message = self.exchange.telemetry(message_id)
         if message is None:
             return mav.MAV_RESULT_TEMPORARILY_REJECTED
         sender.link.send(sender.peer, [message])
         return mav.MAV_RESULT_ACCEPTED
 
-    def _request_message(self, command: Command) -> int:
-        message_id = whole_number(command.params[0])
-        if message_id != mav.MAVLINK_MSG_ID_MESSAGE_INTERVAL:
-            return self.request(command, message_id)
-        return self._get_interval(command._replace(params=command.params[1:]))
+    def _on_request_data_stream(self, message: Any, sender: Sender) -> None:
+        """REQUEST_DATA_STREAM: a group of messages at one rate [Hz], or none of them."""
+        streams = self.streams[sender.link]
+        rate = message.req_message_rate if message.start_stop else 0
+        for name in DATA_STREAMS.get(message.req_stream_id, ()):
+            streams.set(codec(name).id, 1e6 / rate if rate else OFF)
 
     def _send_interval(self, message_id: int, sender: Sender) -> None:
         # 0 is the message's word for "not available", -1 for "not streamed now".
         interval = 0
         if message_id == mav.MAVLINK_MSG_ID_HEARTBEAT:
             interval = round(HEARTBEAT_PERIOD * 1e6)
-        elif message_id in self._streamed:
-            interval = self._by_link[sender.link].interval(message_id)
-        self._exchange.reply(sender, "MESSAGE_INTERVAL", message_id=message_id, interval_us=interval)
+        elif message_id in self.streamed:
+            interval = self.streams[sender.link].interval(message_id)
+        self.exchange.reply(sender, "MESSAGE_INTERVAL", message_id=message_id, interval_us=interval)

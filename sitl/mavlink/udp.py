@@ -82,6 +82,11 @@ class UdpOut(_UdpLink):
         """See Link."""
         return self._audience
 
+    @property
+    def peers(self) -> list[Peer]:
+        """See Link."""
+        return list(self._heard.values())
+
     def forget_silent(self, wall_time: float) -> None:
         """See Link; the one address it was made for is never forgotten."""
         self._audience[0].heard = wall_time

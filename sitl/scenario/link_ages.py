@@ -20,15 +20,20 @@ class LinkAges:
 
     Attributes:
         setpoint_received: simulated time of the latest offboard setpoint [s].
+        station_received: simulated time of the latest heartbeat of a ground station [s].
     """
 
     def __init__(self) -> None:
-        self.setpoint_received = -math.inf
+        self.setpoint_received = self.station_received = -math.inf
         self._silent_since: dict[str, float] = {}
 
     def switch(self, name: str, up: bool, time: float) -> None:
         """Let one of LINKS be heard all the time from now [s] on, or be silent."""
         self._silent_since[name] = math.inf if up else time
+
+    def release(self, name: str) -> None:
+        """Let one of LINKS be as old as what is heard of it."""
+        self._silent_since.pop(name, None)
 
     def refresh(self, links: "Links", sticks: "Sticks", time: float) -> None:
         """Write the ages at this time [s]."""
@@ -36,5 +41,7 @@ class LinkAges:
             links.manual_control = time - sticks.received
         if math.isfinite(self.setpoint_received):
             links.offboard = time - self.setpoint_received
+        if math.isfinite(self.station_received):
+            links.ground_station = time - self.station_received
         for name, since in self._silent_since.items():
             setattr(links, name, max(time - since, 0.0))

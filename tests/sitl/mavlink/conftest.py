@@ -11,7 +11,9 @@ import pytest
 
 from sitl.mavlink import MavlinkFace
 from sitl.mavlink.dialect import tiltwing as mav
+from sitl.simulation import Simulation
 from sitl.snapshot import Snapshot
+from tests.sitl.mavlink.in_memory import Desk
 from vehicle_model.aircraft import Aircraft, load_aircraft
 from vehicle_model.records import OUTPUTS
 from vehicle_model.state import ROTOR_SPEED, blank_controls, blank_state
@@ -106,7 +108,7 @@ class Ground:
     def __init__(self, aircraft: Aircraft, **options: Any) -> None:
         self.port = free_port()
         self.link = f"udpin:127.0.0.1:{self.port}"
-        self.face = MavlinkFace([self.link], aircraft.channels, vehicle=aircraft.vehicle, **options)
+        self.face = MavlinkFace([self.link], Simulation(aircraft=aircraft), **options)
         self.wall = 1000.0
         self.clients: list[Client] = []
 
@@ -178,3 +180,11 @@ def ground(aircraft: Aircraft) -> Iterator[Callable[..., Ground]]:
 @pytest.fixture
 def moment() -> Callable[..., Snapshot]:
     return make_snapshot
+
+
+@pytest.fixture
+def desk() -> Iterator[Desk]:
+    """A vehicle on the ground and a ground station, in memory."""
+    made = Desk()
+    yield made
+    made.close()

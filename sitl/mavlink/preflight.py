@@ -1,0 +1,167 @@
+"""Commands on the ground: pre-arm checks, calibration, reboot and shutdown, and a start anywhere.
+
+Calibration is simulated, for ideal sensors need none: it takes its time and says what ground stations of PX4 parse
+(docs.px4.io, "Calibration"; the texts are a protocol of their own). USER_2 is ours: docs/mavlink.md describes it.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Final
+
+from sitl.flight.refused import Refused
+from sitl.mavlink.command import Command, CommandHandler, Running, whole_number
+from sitl.mavlink.dialect import tiltwing as mav
+from sitl.mavlink.service import Exchange, Service
+
+__all__ = ["RESTART", "PreflightService"]
+
+RESTART: Final = mav.MAV_CMD_USER_2
+AS_STARTED, ON_GROUND, TRIMMED = range(3)  # its first parameter
+REBOOT, SHUTDOWN = 1, 2
+FORCE = 20190226.0  # the number that overrides the check of a reboot
+STAGES = 10  # of a calibration
+STAGE = 0.2  # time that each takes [s], wall time
+TEXTS_VERSION = 2
+SIDES = ("back", "front", "left", "right", "up", "down")
+
+
+class PreflightService(Service):
+    """What is done before a flight."""
+
+    def __init__(self, exchange: Exchange) -> None:
+        """Serve through `exchange`."""
+        super().__init__(exchange)
+        self._calibration: Running | None = None
+
+    def commands(self) -> Mapping[int, CommandHandler]:
+        """See Service."""
+        return {
+            mav.MAV_CMD_RUN_PREARM_CHECKS: self._check,
+            mav.MAV_CMD_PREFLIGHT_CALIBRATION: self._calibrate,
+            mav.MAV_CMD_FIXED_MAG_CAL_YAW: self._calibrate_compass,
+            mav.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: self._reboot,
+            RESTART: self._restart,
+        }
+
+    def restarted(self) -> None:
+        """See Service."""
+        self._calibration = None
+
+    def _check(self, command: Command) -> None:
+        """RUN_PREARM_CHECKS: says everything that speaks against arming, or that nothing does."""
+        flight = self.exchange.simulation.flight
+        if flight.armed:
+            msg = "no pre-arm checks: armed"
+            raise Refused(msg, temporary=True)
+        problems = flight.check_arming()
+        for problem in problems:
+            self.exchange.tell(command.sender, mav.MAV_SEVERITY_WARNING, f"Preflight: {problem}")
+        if not problems:
+            self.exchange.tell(command.sender, mav.MAV_SEVERITY_INFO, "Preflight: ready to arm")
+
+    # -- calibration ---------------------------------------------------------------------------------------------
+
+    def _calibrate(self, command: Command) -> Running | None:
+        sensor = _sensor(command.params)
+        if sensor is None:  # all zero means: stop
+            if self._calibration is not None:
+                self._calibration.cancelled()
+            return None
+        self._check_disarmed("calibration")
+        if self._calibration is not None and self._calibration.result is None:
+            msg = "no calibration: another one is under way"
+            raise Refused(msg, temporary=True)
+        say = self._say(command)
+        running = Running(on_cancel=lambda: say("calibration cancelled"))
+        self._calibration = running
+        say(f"calibration started: {TEXTS_VERSION} {sensor}")
+        if sensor in ("accel", "mag"):
+            say("pending: " + " ".join(SIDES))
+        self._go_on(sensor, 0, running, say)
+        return running
+
+    def _go_on(self, sensor: str, stage: int, running: Running, say: Callable[[str], None]) -> None:
+        if running.result is not None:
+            return
+        running.progress(100.0 * stage / STAGES)
+        say(f"progress <{round(100.0 * stage / STAGES)}>")
+        if sensor in ("accel", "mag") and 0 < stage <= len(SIDES):
+            side = SIDES[stage - 1]
+            say(f"{side} orientation detected")
+            say(f"{side} side done, rotate to a different side")
+        if stage == STAGES:
+            say(f"calibration done: {sensor}")
+            running.finish(mav.MAV_RESULT_ACCEPTED)
+        else:
+            self.exchange.after(STAGE, lambda: self._go_on(sensor, stage + 1, running, say))
+
+    def _calibrate_compass(self, command: Command) -> None:
+        """FIXED_MAG_CAL_YAW: at once, by a heading [deg]."""
+        if not math.isfinite(command.params[0]):
+            msg = f"calibration: expected a heading [deg], got {command.params[0]:g}"
+            raise Refused(msg)
+        self._check_disarmed("calibration")
+        self._say(command)("calibration done: mag")
+
+    def _say(self, command: Command) -> Callable[[str], None]:
+        return lambda text: self.exchange.tell(command.sender, mav.MAV_SEVERITY_INFO, f"[cal] {text}")
+
+    # -- beginning anew ------------------------------------------------------------------------------------------
+
+    def _reboot(self, command: Command) -> None:
+        action = whole_number(command.params[0])
+        if action not in (0, REBOOT, SHUTDOWN):
+            msg = f"reboot: expected 0, {REBOOT} (reboot) or {SHUTDOWN} (shut down), got {command.params[0]:g}"
+            raise Refused(msg)
+        if command.params[5] != FORCE:
+            self._check_disarmed("reboot")
+        if action == REBOOT:
+            self.exchange.request_restart()
+        elif action == SHUTDOWN:
+            self.exchange.request_stop()
+
+    def _restart(self, command: Command) -> None:
+        """USER_2: begin anew as started (0), on the ground (1), or in level flight (2) at an airspeed."""
+        kind = whole_number(command.params[0])
+        _, airspeed, heading, _, latitude, longitude, altitude = command.params
+        if kind not in (AS_STARTED, ON_GROUND, TRIMMED):
+            msg = (
+                f"restart: expected {AS_STARTED} (as started), {ON_GROUND} (on the ground) or {TRIMMED} (in level "
+                f"flight), got {command.params[0]:g}"
+            )
+            raise Refused(msg)
+        if kind == TRIMMED and not (math.isfinite(airspeed) and airspeed >= 0.0):
+            msg = f"restart: expected an airspeed [m/s] as second parameter, got {airspeed:g}"
+            raise Refused(msg)
+        if any(math.isinf(value) for value in (heading, latitude, longitude, altitude)):
+            msg = "restart: expected a heading, latitude, longitude [deg] and height [m], or none (NaN), got an infinite one"
+            raise Refused(msg)
+        self.exchange.request_restart(
+            start=(None, "ground", f"trim:{airspeed:g}")[kind],
+            heading=heading,
+            place=None if math.isnan(latitude) or math.isnan(longitude) else (latitude, longitude),
+            height=altitude,
+        )
+
+    def _check_disarmed(self, what: str) -> None:
+        simulation = self.exchange.simulation
+        if simulation.autopilot and simulation.flight.armed:
+            msg = f"no {what}: armed"
+            raise Refused(msg, temporary=True)
+
+
+def _sensor(params: tuple[float, ...]) -> str | None:
+    """Which one PREFLIGHT_CALIBRATION means, in the words of the texts; None if none. Raises Refused."""
+    wanted = [whole_number(value) or 0 for value in params]
+    names: list[Mapping[int, str]] = [
+        {1: "gyro", 3: "gyro"}, {1: "mag"}, {1: "baro"}, {1: "rc", 2: "rc"},
+        {1: "accel", 2: "level", 4: "accel"}, {1: "airspeed", 2: "airspeed"}, {1: "esc", 3: "temperature"},
+    ]  # fmt: skip
+    chosen = [(place, value) for place, value in enumerate(wanted) if value]
+    if not chosen:
+        return None
+    place, value = chosen[0]
+    if len(chosen) > 1 or value not in names[place]:
+        msg = f"calibration: expected one sensor, got {', '.join(f'param{p + 1} = {v}' for p, v in chosen)}"
+        raise Refused(msg)
+    return names[place][value]

@@ -1,0 +1,53 @@
+"""All microservices of the vehicle, in one list."""
+
+from typing import TYPE_CHECKING
+
+from sitl.mavlink.actuator_commands import ActuatorCommands
+from sitl.mavlink.command import CommandService
+from sitl.mavlink.failure_injection import FailureInjectionService
+from sitl.mavlink.flight_commands import FlightCommands
+from sitl.mavlink.high_latency import HighLatencyService
+from sitl.mavlink.manual_control import ManualControlService
+from sitl.mavlink.mavlink_version import MavlinkVersionService
+from sitl.mavlink.message_interval import MessageIntervalService
+from sitl.mavlink.mission import MissionService
+from sitl.mavlink.offboard import OffboardService
+from sitl.mavlink.open_drone_id import OpenDroneIdService
+from sitl.mavlink.parameter import ParameterService
+from sitl.mavlink.ping import PingService
+from sitl.mavlink.preflight import PreflightService
+from sitl.mavlink.serial_control import SerialControlService
+from sitl.mavlink.signing import SigningService
+from sitl.mavlink.standard_modes import StandardModesService
+from sitl.mavlink.timesync import TimesyncService
+
+if TYPE_CHECKING:
+    from sitl.mavlink.face import MavlinkFace
+    from sitl.mavlink.service import Service
+
+__all__ = ["microservices"]
+
+
+def microservices(face: "MavlinkFace") -> "list[Service]":
+    """Every microservice, for one vehicle."""
+    modes = StandardModesService(face)
+    return [
+        CommandService(face),
+        MessageIntervalService(face),
+        MavlinkVersionService(face),
+        ParameterService(face),
+        MissionService(face),  # after the parameters: some of them say what missions are feasible
+        modes,
+        FlightCommands(face),
+        ActuatorCommands(face, face.context),
+        FailureInjectionService(face),
+        PreflightService(face),
+        OffboardService(face, modes),
+        ManualControlService(face),
+        SigningService(face, face.signing),
+        TimesyncService(face),
+        PingService(face),
+        SerialControlService(face),
+        OpenDroneIdService(face),
+        HighLatencyService(face),
+    ]

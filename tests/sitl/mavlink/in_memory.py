@@ -1,0 +1,187 @@
+"""A vehicle and ground stations in one process: the real simulation and face, on a link made of lists.
+
+Wall time is invented: it moves with simulated time in `advance`, and alone in `wait`. So retries and timeouts of minutes
+take no time, and every run is the same.
+"""
+
+import math
+import random
+import socket
+from collections import deque
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from sitl.mavlink.dialect import tiltwing as mav
+from sitl.mavlink.face import MavlinkFace
+from sitl.mavlink.links import Link, LinkSpec, Peer
+from sitl.simulation import Simulation
+
+__all__ = ["Desk", "MemoryLink", "Station"]
+
+TURN = 0.001  # of invented wall time while waiting [s]
+
+
+class MemoryLink(Link):
+    """A link whose peers are stations in this process; what they have sent is taken in order."""
+
+    def __init__(self, name: str = "memory", *, streams: str = "normal", trusted: bool = False) -> None:
+        super().__init__(LinkSpec(name, "memory", name, 0, streams, trusted), 1, 1)
+        self.stations: dict[Peer, Station] = {}
+        self.arrived: deque[tuple[Peer, bytes]] = deque()
+
+    @property
+    def sockets(self) -> list[socket.socket]:
+        return []
+
+    @property
+    def audience(self) -> list[Peer]:
+        return list(self.stations)
+
+    def receive(self, wall_time: float) -> Iterator[tuple[Peer, bytes]]:  # noqa: ARG002
+        while self.arrived:
+            yield self.arrived.popleft()
+
+    def close(self) -> None:
+        self.stations.clear()
+
+    def _transmit(self, peer: Peer, data: bytes) -> bool:
+        return self.stations[peer].take(data)
+
+
+class Station:
+    """A ground station: sends messages of our dialect, keeps what it has received.
+
+    Attributes:
+        received: messages decoded by pymavlink.
+        full: its socket takes nothing.
+        loss, duplicates: shares of the datagrams lost, or brought twice, each way; drawn from `random`.
+    """
+
+    def __init__(self, desk: "Desk", link: MemoryLink, system: int, component: int) -> None:
+        self.mav = mav.MAVLink(None, srcSystem=system, srcComponent=component)
+        self.mav.robust_parsing = True
+        self.system, self.component = system, component
+        self.received: list[Any] = []
+        self.full = False
+        self.loss = self.duplicates = 0.0
+        self.random = random.Random(system)
+        self._desk, self._link = desk, link
+        self.peer = Peer((f"station-{system}-{component}", 0), is_stream=False)
+        link.stations[self.peer] = self
+
+    def take(self, data: bytes) -> bool:
+        if self.full:
+            return False
+        for _ in range(self._copies()):
+            self.received += self.mav.parse_buffer(data) or []
+        return True
+
+    def send(self, name: str, **fields: Any) -> None:
+        """Send a message by name; target fields are the vehicle's unless given, other fields left out are zero."""
+        kind = mav.mavlink_map[NAMES[name]]
+        values: list[Any] = []
+        for field, length, native in zip(kind.fieldnames, _lengths(kind), _kinds(kind), strict=True):
+            default = {"target_system": 1, "target": 1, "target_component": 1}.get(field, 0)
+            value = fields.pop(field, default if not length else b"" if native == "char" else [])
+            if isinstance(value, str):
+                value = value.encode()
+            if length and native != "char":
+                value = [*value, *[0] * (length - len(value))]
+            values.append(value)
+        assert not fields, f"{name} has no {fields}"
+        self.send_bytes(kind(*values).pack(self.mav))
+        self.mav.seq = (self.mav.seq + 1) % 256
+
+    def send_bytes(self, data: bytes) -> None:
+        """Send bytes as they are, and let the vehicle take them in."""
+        for _ in range(self._copies()):
+            self._link.arrived.append((self.peer, data))
+        self._desk.turn()
+
+    def of(self, name: str) -> list[Any]:
+        """Messages of a kind that have come."""
+        return [message for message in self.received if message.get_type() == name]
+
+    def command(self, command: int, *params: float, confirmation: int = 0, **target: int) -> Any:
+        """Send a COMMAND_LONG, parameters left out unset (NaN); returns its COMMAND_ACK, None if there is none."""
+        padded = [*params, *[math.nan] * (7 - len(params))]
+        named = {f"param{number}": value for number, value in enumerate(padded, start=1)}
+        before = len(self.of("COMMAND_ACK"))
+        self.send("COMMAND_LONG", command=command, confirmation=confirmation, **named, **target)
+        answers = self.of("COMMAND_ACK")[before:]
+        return answers[-1] if answers else None
+
+    def _copies(self) -> int:
+        if self.loss and self.random.random() < self.loss:
+            return 0
+        return 2 if self.duplicates and self.random.random() < self.duplicates else 1
+
+
+class Desk:
+    """One vehicle and the stations that talk to it; `station` is the first, and its methods are here too."""
+
+    def __init__(self, simulation: Simulation | None = None, *, links: list[MemoryLink] | None = None, **face: Any) -> None:
+        self.simulation = Simulation() if simulation is None else simulation
+        self.links = links or [MemoryLink()]
+        self.face = MavlinkFace(self.links, self.simulation, unix_epoch=1.8e9, **face)
+        self.simulation.listener = self.face.statustext
+        self.wall = self.face.wall_time  # timers set while it was made count from there
+        self.station = self.join()
+        self.send, self.of, self.command = self.station.send, self.station.of, self.station.command
+        self.face.attend(self.wall)
+        self.publish()
+
+    def join(self, system: int = 255, component: int = 190, link: int = 0) -> Station:
+        """One more station."""
+        return Station(self, self.links[link], system, component)
+
+    @property
+    def received(self) -> list[Any]:
+        return self.station.received
+
+    def turn(self) -> None:
+        """Let the vehicle take in what has come, and begin anew if it was asked to."""
+        self.face.receive(self.wall)
+        self.face.attend(self.wall)
+        if self.face.restart_wanted is not None:
+            self.simulation.restart(**self.face.restart_wanted)
+            self.face.restarted()
+
+    def publish(self) -> None:
+        self.face.publish(self.simulation.snapshot(), self.wall)
+
+    def advance(self, seconds: float) -> None:
+        """Fly so many simulated seconds; wall time passes as fast."""
+        for _ in range(round(seconds * 50)):
+            self.simulation.advance(0.02)
+            self.wall += 0.02
+            self.publish()
+            self.turn()
+
+    def wait(self, seconds: float) -> None:
+        """Let only wall time pass."""
+        for _ in range(round(seconds / TURN)):
+            self.wall += TURN
+            self.turn()
+
+    def until(self, condition: Callable[[], object], timeout: float = 60.0) -> None:
+        """Fly until a condition holds, for so many simulated seconds at most."""
+        end = self.simulation.time + timeout
+        while not condition():
+            assert self.simulation.time < end, "the condition never came true"
+            self.advance(0.1)
+
+    def close(self) -> None:
+        self.face.close()
+
+
+NAMES = {message.msgname: number for number, message in mav.mavlink_map.items()}
+
+
+def _lengths(kind: Any) -> list[int]:
+    by_name = dict(zip(kind.ordered_fieldnames, kind.array_lengths, strict=True))
+    return [by_name[name] for name in kind.fieldnames]
+
+
+def _kinds(kind: Any) -> list[str]:
+    return list(kind.fieldtypes)
