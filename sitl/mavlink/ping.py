@@ -1,28 +1,40 @@
 """Ping protocol: whoever asks everybody is answered with his own numbers. https://mavlink.io/en/services/ping.html."""
 
-from sitl.mavlink.codec import codec
-from sitl.mavlink.service import Exchange, Sender
+from collections.abc import Mapping
+from typing import Any
+
+from sitl.mavlink.context import Context, boot_us
+from sitl.mavlink.service import Builder, Exchange, Handler, Sender, Service
+from sitl.snapshot import Snapshot
 
 __all__ = ["PingService"]
 
+COUNTER_SIZE = 1 << 32
 
-class PingService:
-    """Answers PING."""
+
+class PingService(Service):
+    """Answers PING, and asks where it is streamed."""
 
     def __init__(self, exchange: Exchange) -> None:
-        """Answer through `exchange`."""
-        self._exchange = exchange
-        self._codec = codec("PING")
+        """Number our own questions from 0."""
+        super().__init__(exchange)
+        self._next = 0
 
-    def on_ping(self, payload: bytes, sender: Sender) -> None:
-        """PING; one with a target is an answer, and answering answers would never end."""
-        time_us, sequence, target_system, target_component = self._codec.unpack(payload)
-        if target_system == 0 and target_component == 0:
-            self._exchange.reply(
-                sender,
-                "PING",
-                time_usec=time_us,
-                seq=sequence,
-                target_system=sender.system,
-                target_component=sender.component,
-            )
+    def messages(self) -> Mapping[str, Handler]:
+        """See Service."""
+        return {"PING": self._on_ping}
+
+    def telemetry(self) -> Mapping[str, Builder]:
+        """See Service."""
+        return {"PING": self._question}
+
+    def _on_ping(self, message: Any, sender: Sender) -> None:
+        """One with a target is an answer, and answering answers would never end."""
+        if message.target_system == 0 and message.target_component == 0:
+            self.exchange.reply(sender, "PING", time_usec=message.time_usec, seq=message.seq)
+
+    def _question(self, snapshot: Snapshot, _: Context) -> tuple[Any, ...]:
+        """PING to everybody: our time [us], and the next number."""
+        number = self._next
+        self._next = (number + 1) % COUNTER_SIZE
+        return (boot_us(snapshot), number, 0, 0)

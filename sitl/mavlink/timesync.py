@@ -1,29 +1,36 @@
-"""Time synchronisation protocol: our time since start, beside the asker's. https://mavlink.io/en/services/timesync.html."""
+"""Time synchronisation protocol: our time since start, beside the asker's. https://mavlink.io/en/services/timesync.html.
 
-from sitl.mavlink.codec import codec
-from sitl.mavlink.service import Exchange, Sender
+Like every other time stamp that we send it is simulated time. A streamed TIMESYNC is a question of ours: whoever
+answers shows his clock beside ours to everybody on the link.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+from sitl.mavlink.context import Context, boot_us
+from sitl.mavlink.service import Builder, Handler, Sender, Service
+from sitl.snapshot import Snapshot
 
 __all__ = ["TimesyncService"]
 
 
-class TimesyncService:
-    """Answers TIMESYNC requests, in simulated time like every other time stamp we send."""
+class TimesyncService(Service):
+    """Answers TIMESYNC, and asks where it is streamed."""
 
-    def __init__(self, exchange: Exchange) -> None:
-        """Answer through `exchange`."""
-        self._exchange = exchange
-        self._codec = codec("TIMESYNC")
+    def messages(self) -> Mapping[str, Handler]:
+        """See Service."""
+        return {"TIMESYNC": self._on_timesync}
 
-    def on_timesync(self, payload: bytes, sender: Sender) -> None:
-        """TIMESYNC; `tc1` is zero in a request and set in an answer."""
-        tc1, ts1, target_system, target_component = self._codec.unpack(payload)
-        if tc1 == 0 and self._exchange.is_for_us(target_system, target_component):
-            self._exchange.reply(
-                sender,
-                "TIMESYNC",
-                # At the very start our time is zero too, which would make this a request.
-                tc1=max(self._exchange.time_us, 1) * 1000,
-                ts1=ts1,
-                target_system=sender.system,
-                target_component=sender.component,
-            )
+    def telemetry(self) -> Mapping[str, Builder]:
+        """See Service."""
+        return {"TIMESYNC": _question}
+
+    def _on_timesync(self, message: Any, sender: Sender) -> None:
+        """`tc1` is zero in a question and set in an answer; at the very start our time is zero, too."""
+        if message.tc1 == 0:
+            self.exchange.reply(sender, "TIMESYNC", tc1=max(self.exchange.time_us, 1) * 1000, ts1=message.ts1)
+
+
+def _question(snapshot: Snapshot, _: Context) -> tuple[Any, ...]:
+    """TIMESYNC to everybody: our time [ns]."""
+    return (0, boot_us(snapshot) * 1000, 0, 0)
