@@ -5,7 +5,8 @@ Where the meaning is PX4's the name, the unit and the numbers of the choices are
 those of this aircraft.
 """
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from typing import Literal
 
 __all__ = ["DEFINITIONS", "Definition"]
@@ -15,7 +16,10 @@ __all__ = ["DEFINITIONS", "Definition"]
 class Definition:
     """What can be known of a parameter without flying.
 
-    `values` tells the meaning of each number that an "int" may take; None if any number in the range will do.
+    `values` tells the meaning of each number that an "int" may take, `bits` that of each bit, counted from 0; both are
+    None if any number in the range will do. `group` is the heading under which ground stations list it. A fact
+    (`read_only`) never has another value than its default; a setting with `reboot_required` takes effect when the
+    vehicle begins anew.
     """
 
     name: str
@@ -26,6 +30,10 @@ class Definition:
     unit: str
     description: str
     values: dict[int, str] | None = None
+    bits: dict[int, str] | None = None
+    group: str = ""
+    read_only: bool = False
+    reboot_required: bool = False
 
 
 def _number(name: str, default: float, minimum: float, maximum: float, unit: str, description: str) -> Definition:
@@ -34,6 +42,14 @@ def _number(name: str, default: float, minimum: float, maximum: float, unit: str
 
 def _integer(name: str, default: int, minimum: int, maximum: int, description: str) -> Definition:
     return Definition(name, "int", default, minimum, maximum, "", description)
+
+
+def _bits(name: str, default: int, bits: dict[int, str], description: str) -> Definition:
+    return Definition(name, "int", default, 0, sum(1 << bit for bit in bits), "", description, bits=bits)
+
+
+def _fact(name: str, kind: Literal["int", "float"], value: float, unit: str, description: str) -> Definition:
+    return Definition(name, kind, value, value, value, unit, description, read_only=True)
 
 
 def _choice(name: str, default: int, values: dict[int, str], description: str) -> Definition:
@@ -108,10 +124,16 @@ _ARMING = (
 )
 
 _LOSSES = (
+    _choice(
+        "COM_RC_IN_MODE", 1, {1: "MAVLink", 4: "None: sticks are not listened to"}, "Where manual control comes from"
+    ),
     _number("COM_RC_LOSS_T", 0.5, 0.0, 35.0, "s", "Manual control is lost after this long without its messages"),
     _choice("NAV_RCL_ACT", 2, _LINK_LOSS, "What loss of manual control does"),
-    _integer(
-        "COM_RCL_EXCEPT", 0, 0, 7, "Bits: modes that need no manual control: 1 Mission, 2 other automatic, 4 Offboard"
+    _bits(
+        "COM_RCL_EXCEPT",
+        0,
+        {0: "Mission", 1: "Other automatic modes", 2: "Offboard"},
+        "Modes that need no manual control, the sum of",
     ),
     _number("COM_DL_LOSS_T", 10.0, 1.0, 300.0, "s", "The ground station is lost after this long without heartbeat"),
     _choice("NAV_DLL_ACT", 0, {0: "Disabled"} | _LINK_LOSS, "What loss of the ground station does"),
@@ -170,9 +192,44 @@ _SAFETY = (
     ),
 )
 
-DEFINITIONS: tuple[Definition, ...] = tuple(
-    sorted(
-        _TAKEOFF_AND_LANDING + _RETURN + _NAVIGATION + _HOVER + _CRUISE + _ARMING + _LOSSES + _SAFETY,
-        key=lambda definition: definition.name,
-    )
+_SYSTEM = (
+    replace(_integer("MAV_SYS_ID", 1, 1, 255, "MAVLink system id of the vehicle"), reboot_required=True),
+    _choice("SYS_FAILURE_EN", 0, {0: "Refused", 1: "Accepted"}, "What becomes of commands that inject failures"),
 )
+
+# Ground stations that know PX4 look these up before they call a vehicle ready.
+_FACTS = (
+    _fact("SYS_AUTOSTART", "int", 22000, "", "Airframe number: the first of those that PX4 leaves to its users"),
+    _fact("SYS_HAS_NUM_ASPD", "int", 1, "", "How many airspeed sensors there are"),
+    _fact("CAL_ACC0_ID", "int", 1, "", "Id of the accelerometer; 0 would ask for its calibration"),
+    _fact("CAL_GYRO0_ID", "int", 1, "", "Id of the gyroscope; 0 would ask for its calibration"),
+    _fact("CAL_MAG0_ID", "int", 1, "", "Id of the magnetometer; 0 would ask for its calibration"),
+    _fact(
+        "SENS_DPRES_OFF",
+        "float",
+        0.001,
+        "Pa",
+        "Offset of the airspeed sensor's pressure, too small to be seen; 0 would ask for its calibration",
+    ),
+)
+
+_GROUPS = {
+    "Take-off and landing": _TAKEOFF_AND_LANDING,
+    "Return": _RETURN,
+    "Navigation": _NAVIGATION,
+    "Hover": _HOVER,
+    "Cruise": _CRUISE,
+    "Arming": _ARMING,
+    "Lost links": _LOSSES,
+    "Safety": _SAFETY,
+    "System": _SYSTEM + _FACTS,
+}
+
+
+def _grouped() -> Iterator[Definition]:
+    for group, definitions in _GROUPS.items():
+        for definition in definitions:
+            yield replace(definition, group=group)
+
+
+DEFINITIONS: tuple[Definition, ...] = tuple(sorted(_grouped(), key=lambda definition: definition.name))

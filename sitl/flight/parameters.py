@@ -2,14 +2,15 @@
 
 import difflib
 import math
+import struct
 from collections.abc import Callable, Mapping
 
 from sitl.flight.parameter_table import DEFINITIONS, Definition
 
 __all__ = ["Definition", "Parameters"]
 
-# MAVLink carries parameters in single precision: a limit that has made this trip is still within its range.
-_ROUNDING = 1e-6
+_SINGLE = struct.Struct("<f")
+_DIGITS_OF_SINGLE = range(6, 10)  # nine tell any two numbers of single precision apart
 
 
 class Parameters:
@@ -53,8 +54,10 @@ class Parameters:
     def set(self, name: str, value: float) -> None:
         """Set a parameter.
 
-        Raises ValueError, and changes nothing, if there is no such parameter or the value is not within its range or
-        not one of its choices: "NAME: expected RANGE, got VALUE".
+        A value that has been in single precision, as MAVLink carries them, becomes the decimal number it stands for.
+
+        Raises ValueError, and changes nothing, if there is no such parameter, it is a fact with another value, or the
+        value is not within its range or not one of its choices: "NAME: expected RANGE, got VALUE".
         """
         self.load({name: value})
 
@@ -71,18 +74,40 @@ class Parameters:
 def _checked(definition: Definition, value: object) -> float:
     """The value as its parameter keeps it; raises ValueError."""
     if isinstance(value, int | float) and math.isfinite(value):
-        least, most = definition.minimum, definition.maximum
         if definition.kind == "int":
-            good = value == round(value) and (
-                value in definition.values if definition.values else least <= value <= most
-            )
+            good = value == round(value) and _in_range(definition, value)
         else:
-            slack = _ROUNDING * max(abs(least), abs(most))
-            good = least - slack <= value <= most + slack
+            value = _decimal(value)
+            good = _in_range(definition, value)
         if good:
-            return _as_kind(definition, min(max(value, least), most))
+            return _as_kind(definition, value)
     msg = f"{definition.name}: expected {_range(definition)}, got {value!r}"
     raise ValueError(msg)
+
+
+def _in_range(definition: Definition, value: float) -> bool:
+    if definition.values is not None:
+        return value in definition.values
+    return definition.minimum <= value <= definition.maximum
+
+
+def _decimal(value: float) -> float:
+    """The shortest decimal number of a value that is one of single precision; any other value as it is.
+
+    So 0.2 stays 0.2 on its way over MAVLink, limits stay within their ranges, and it does not matter for the flight who
+    has set a parameter.
+    """
+    if abs(value) > _LARGEST_SINGLE or _single(value) != value:
+        return value
+    decimals = (float(f"{value:.{digits}g}") for digits in _DIGITS_OF_SINGLE)
+    return next(decimal for decimal in decimals if _single(decimal) == value)
+
+
+def _single(value: float) -> float:
+    return _SINGLE.unpack(_SINGLE.pack(value))[0]
+
+
+_LARGEST_SINGLE: float = _SINGLE.unpack(b"\xff\xff\x7f\x7f")[0]
 
 
 def _as_kind(definition: Definition, value: float) -> float:
@@ -93,5 +118,7 @@ def _range(definition: Definition) -> str:
     if definition.values is not None:
         return ", ".join(f"{number} ({meaning})" for number, meaning in definition.values.items())
     unit = f" {definition.unit}" if definition.unit not in {"", "1"} else ""
+    if definition.read_only:
+        return f"{definition.default:g}{unit}, which cannot be set"
     whole = "a whole number " if definition.kind == "int" else ""
     return f"{whole}{definition.minimum:g} to {definition.maximum:g}{unit}"

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import sitl
 from sitl.flight.parameters import Parameters
@@ -33,7 +35,9 @@ def test_every_definition_is_complete_and_its_default_in_range() -> None:
         assert re.fullmatch(r"[A-Z][A-Z0-9_]{1,15}", definition.name), "MAVLink has room for 16 characters"
         assert definition.minimum <= definition.default <= definition.maximum
         assert definition.description
+        assert definition.group
         assert definition.values is None or definition.default in definition.values
+        assert definition.bits is None or definition.maximum == sum(1 << bit for bit in definition.bits)
         Parameters().set(definition.name, definition.default)
     names = [definition.name for definition in definitions]
     assert names == sorted(set(names))
@@ -55,6 +59,8 @@ def test_the_touch_down_is_slower_than_asked_for_whatever_is_set() -> None:
         ("BAT_LOW_THR", 1.5, "BAT_LOW_THR: expected 0 to 0.9, got 1.5"),
         ("WV_EN", 2, "WV_EN: expected 0 (Keep heading), 1 (Turn into the wind), got 2"),
         ("COM_RCL_EXCEPT", 2.5, "COM_RCL_EXCEPT: expected a whole number 0 to 7, got 2.5"),
+        ("SYS_AUTOSTART", 4001, "SYS_AUTOSTART: expected 22000, which cannot be set, got 4001"),
+        ("SENS_DPRES_OFF", 0.0, "SENS_DPRES_OFF: expected 0.001 Pa, which cannot be set, got 0.0"),
         ("NAV_ACC_RDA", 10.0, "NAV_ACC_RDA: unknown parameter, expected NAV_ACC_RAD"),
         ("QQQQ", 1.0, "QQQQ: unknown parameter, expected one of the listed names"),
     ],
@@ -90,6 +96,27 @@ def test_limits_survive_single_precision() -> None:
             assert definition.minimum <= parameters[definition.name] <= definition.maximum
 
 
+def test_a_fact_may_be_set_to_what_it_is_as_a_whole_file_does() -> None:
+    parameters = Parameters()
+    facts = [definition for definition in parameters.definitions if definition.read_only]
+    assert facts
+    parameters.load({definition.name: float(np.float32(definition.default)) for definition in facts})
+    assert all(parameters[definition.name] == definition.default for definition in facts)
+
+
+@given(st.floats(width=32, min_value=0.5, max_value=200.0))
+def test_a_value_of_single_precision_becomes_the_decimal_number_it_stands_for(value: float) -> None:
+    parameters = Parameters({"NAV_ACC_RAD": value})
+    assert repr(parameters["NAV_ACC_RAD"]) == repr(float(str(np.float32(value))))
+    assert np.float32(parameters["NAV_ACC_RAD"]) == np.float32(value)
+
+
+@given(st.floats(min_value=0.5, max_value=200.0))
+def test_a_value_of_double_precision_stays_as_it_is(value: float) -> None:
+    if float(np.float32(value)) != value:
+        assert Parameters({"NAV_ACC_RAD": value})["NAV_ACC_RAD"] == value
+
+
 def test_listeners_hear_of_changes_only_and_find_all_new_values() -> None:
     parameters = Parameters()
     heard: list[tuple[str, float, float]] = []
@@ -100,8 +127,9 @@ def test_listeners_hear_of_changes_only_and_find_all_new_values() -> None:
     assert heard == [("NAV_ACC_RAD", 5.0, 1), ("WV_EN", 5.0, 1)]
 
 
-def test_every_parameter_is_read_somewhere() -> None:
+def test_every_parameter_that_can_be_set_is_read_somewhere() -> None:
     folder = Path(sitl.__file__).parent
     sources = "".join(path.read_text() for path in folder.rglob("*.py") if path.name != "parameter_table.py")
-    unused = [name for name in Parameters().names() if f'"{name}"' not in sources]
+    settings = [definition.name for definition in Parameters.definitions if not definition.read_only]
+    unused = [name for name in settings if f'"{name}"' not in sources]
     assert unused == []
