@@ -20,6 +20,8 @@ MAIN_PORT = 0
 def servo_output_raw(snapshot: Snapshot, context: Context) -> tuple[Any, ...]:
     """SERVO_OUTPUT_RAW: pulse widths [us] of the commands in force, 0 for channels the aircraft does not have."""
     pulses = [0] * CHANNELS
+    for number, pulse in context.free_pulses.items():
+        pulses[number - 1] = pulse
     for channel in context.channels:
         pulses[channel.number - 1] = channel.to_pwm(float(snapshot.controls[channel.index]))
     return (boot_us(snapshot) & 0xFFFFFFFF, MAIN_PORT, *pulses)

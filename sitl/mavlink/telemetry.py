@@ -8,13 +8,25 @@ from typing import Any
 
 from sitl.hil.air_data import equivalent_airspeed, pressure_altitude
 from sitl.mavlink.context import Context, boot_ms, boot_us
+from sitl.mavlink.dialect import tiltwing as mav
 from sitl.snapshot import Snapshot
 
 __all__ = [
-    "altitude", "attitude", "attitude_quaternion", "global_position_int", "local_position_ned", "vfr_hud",
+    "DEGREES_E7", "altitude", "attitude", "attitude_quaternion", "global_position_int", "local_position_ned",
+    "utm_global_position", "vfr_hud",
 ]  # fmt: skip
 
-_DEGREES_E7 = math.degrees(1.0) * 1e7
+DEGREES_E7 = math.degrees(1.0) * 1e7
+MISSION, TERMINATION, ON_GROUND = "MISSION", "TERMINATION", "ON_GROUND"  # of the snapshot's mode and landed state
+UTM_ID_SIZE = 18
+UTM_AVAILABLE = (
+    mav.UTM_DATA_AVAIL_FLAGS_TIME_VALID
+    | mav.UTM_DATA_AVAIL_FLAGS_POSITION_AVAILABLE
+    | mav.UTM_DATA_AVAIL_FLAGS_ALTITUDE_AVAILABLE
+    | mav.UTM_DATA_AVAIL_FLAGS_RELATIVE_ALTITUDE_AVAILABLE
+    | mav.UTM_DATA_AVAIL_FLAGS_HORIZONTAL_VELO_AVAILABLE
+    | mav.UTM_DATA_AVAIL_FLAGS_VERTICAL_VELO_AVAILABLE
+)
 
 
 def attitude(snapshot: Snapshot, _: Context) -> tuple[Any, ...]:
@@ -37,8 +49,8 @@ def global_position_int(snapshot: Snapshot, context: Context) -> tuple[Any, ...]
     north, east, down = snapshot.velocity_ned
     return (
         boot_ms(snapshot),
-        round(snapshot.latitude * _DEGREES_E7),
-        round(snapshot.longitude * _DEGREES_E7),
+        round(snapshot.latitude * DEGREES_E7),
+        round(snapshot.longitude * DEGREES_E7),
         round(snapshot.altitude_msl * 1e3),
         round(_above_home(snapshot, context) * 1e3),
         round(north * 100.0),
@@ -74,6 +86,45 @@ def altitude(snapshot: Snapshot, context: Context) -> tuple[Any, ...]:
         above_ground,
         above_ground,
     )
+
+
+def utm_global_position(snapshot: Snapshot, context: Context) -> tuple[Any, ...]:
+    """UTM_GLOBAL_POSITION: UTC [us], degE7, mm above ellipsoid and ground, cm/s; next place of a mission, if any.
+
+    Uncertainties are the least that the fields can say. The vehicle has no id of its own for this service.
+    """
+    guidance, flight = context.guidance, context.flight
+    guidance.look()
+    north, east, down = snapshot.velocity_ned
+    following = (0, 0, 0)
+    available = UTM_AVAILABLE
+    if flight is not None and snapshot.mode == MISSION and guidance.has_place:
+        latitude, longitude, altitude = flight.places.to_geodetic(*guidance.place)
+        following = (round(latitude * 1e7), round(longitude * 1e7), round(altitude * 1e3))
+        available |= mav.UTM_DATA_AVAIL_FLAGS_NEXT_WAYPOINT_AVAILABLE
+    return (
+        round((context.unix_epoch + snapshot.time) * 1e6),
+        *(0,) * UTM_ID_SIZE,
+        round(snapshot.latitude * DEGREES_E7),
+        round(snapshot.longitude * DEGREES_E7),
+        round(snapshot.height_ellipsoid * 1e3),
+        round(float(snapshot.outputs["height_above_ground"]) * 1e3),
+        round(north * 100.0),
+        round(east * 100.0),
+        round(down * 100.0),
+        *(1, 1, 1),
+        *following,
+        0,
+        _utm_state(snapshot),
+        available,
+    )
+
+
+def _utm_state(snapshot: Snapshot) -> int:
+    if snapshot.mode == TERMINATION:
+        return mav.UTM_FLIGHT_STATE_EMERGENCY
+    on_ground = snapshot.on_ground if snapshot.landed is None else snapshot.landed == ON_GROUND
+    return mav.UTM_FLIGHT_STATE_GROUND if on_ground else mav.UTM_FLIGHT_STATE_AIRBORNE
 
 
 def _above_home(snapshot: Snapshot, context: Context) -> float:

@@ -1,4 +1,4 @@
-"""How the vehicle does: SYS_STATUS, SYSTEM_TIME, EXTENDED_SYS_STATE, and the angle of its wing."""
+"""How the vehicle does: SYSTEM_TIME, EXTENDED_SYS_STATE, and the angle of its wing."""
 
 import math
 from typing import Any
@@ -7,7 +7,7 @@ from sitl.mavlink.context import Context, boot_ms
 from sitl.mavlink.dialect import tiltwing as mav
 from sitl.snapshot import Snapshot
 
-__all__ = ["extended_sys_state", "named_value_float", "sys_status", "system_time", "tilt_status"]
+__all__ = ["extended_sys_state", "named_value_float", "system_time", "tilt_status"]
 
 HOVER_TILT = math.radians(75.0)  # steeper: flies as a multicopter
 CRUISE_TILT = math.radians(15.0)  # flatter: flies as an aeroplane
@@ -24,39 +24,6 @@ LANDED_STATES = {
     "TAKEOFF": mav.MAV_LANDED_STATE_TAKEOFF,
     "LANDING": mav.MAV_LANDED_STATE_LANDING,
 }
-
-SENSORS = (
-    mav.MAV_SYS_STATUS_SENSOR_3D_GYRO
-    | mav.MAV_SYS_STATUS_SENSOR_3D_ACCEL
-    | mav.MAV_SYS_STATUS_SENSOR_3D_MAG
-    | mav.MAV_SYS_STATUS_SENSOR_ABSOLUTE_PRESSURE
-    | mav.MAV_SYS_STATUS_SENSOR_DIFFERENTIAL_PRESSURE
-    | mav.MAV_SYS_STATUS_SENSOR_GPS
-    | mav.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS
-    | mav.MAV_SYS_STATUS_AHRS
-    | mav.MAV_SYS_STATUS_SENSOR_BATTERY
-)
-NOT_MEASURED = -1
-MOST_ERRORS = 0xFFFF  # that errors_comm can hold
-
-
-def sys_status(snapshot: Snapshot, context: Context) -> tuple[Any, ...]:
-    """SYS_STATUS: sensors, processor load [per mille of one core], battery [mV, cA, %], link errors."""
-    remaining = snapshot.battery_remaining
-    pieces = context.received + context.malformed
-    return (
-        SENSORS,
-        SENSORS,
-        SENSORS,
-        round(min(context.load, 1.0) * 1000.0),
-        round(snapshot.battery_voltage * 1e3),
-        round(snapshot.battery_current * 100.0),
-        NOT_MEASURED if remaining is None else round(remaining * 100.0),
-        round(10000.0 * context.malformed / pieces) if pieces else 0,
-        min(context.malformed, MOST_ERRORS),
-        *(0, 0, 0, 0),
-        *(0, 0, 0),
-    )
 
 
 def system_time(snapshot: Snapshot, context: Context) -> tuple[Any, ...]:

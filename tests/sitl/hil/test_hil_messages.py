@@ -10,9 +10,9 @@ from sitl.hil.magnetic_field import MagneticField, in_body_axes
 from sitl.mavlink.codec import codec
 from sitl.mavlink.context import Context, context_for
 from sitl.mavlink.dialect import tiltwing as mav
-from sitl.mavlink.face import TELEMETRY
+from sitl.mavlink.streams import BUILDERS
+from sitl.simulation import Simulation
 from sitl.snapshot import Snapshot
-from vehicle_model.aircraft import load_aircraft
 from vehicle_model.records import OUTPUTS
 from vehicle_model.state import blank_controls, blank_state
 
@@ -22,8 +22,7 @@ G = 9.80665
 
 @pytest.fixture(scope="module")
 def context() -> Context:
-    aircraft = load_aircraft()
-    return context_for(aircraft.vehicle, aircraft.channels, EPOCH)
+    return context_for(Simulation(autopilot=False), EPOCH)
 
 
 def moment(**changes: Any) -> Snapshot:
@@ -59,7 +58,9 @@ def moment(**changes: Any) -> Snapshot:
 
 def sent(name: str, snapshot: Snapshot, context: Context) -> Any:
     packer = codec(name)
-    frame = packer.frame(packer.payload(TELEMETRY[name](snapshot, context)), 0, 1, 1)
+    values = BUILDERS[name](snapshot, context)
+    assert values is not None
+    frame = packer.frame(packer.payload(values), 0, 1, 1)
     return mav.MAVLink(None).decode(bytearray(frame))
 
 

@@ -1,13 +1,18 @@
 """Servo outputs of an outside controller over real UDP: claimed, released, and driving time in lockstep."""
 
 import contextlib
+import math
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
 
 from sitl.mavlink.dialect import tiltwing as mav
 from sitl.mavlink.face import RELEASE_SERVOS
+from sitl.snapshot import Snapshot
+from tests.sitl.mavlink.observed import Observed
+from vehicle_model.aircraft import Aircraft
 
 Make = Callable[..., Any]
 
@@ -15,9 +20,8 @@ Make = Callable[..., Any]
 def test_our_own_words_come_back_and_claim_nothing(ground: Make) -> None:
     made = ground()
     echo = made.client(system=1, component=1)
-    before = made.rx
     echo.send(mav.MAVLink_servo_output_raw_message(0, 0, *[1500] * 8))
-    made.until(lambda: made.rx > before)
+    made.heard(made.client())  # what came before has been looked at
     assert made.face.servo_input.source is None
 
 
@@ -116,3 +120,20 @@ def test_lockstep_answers_each_tick_once_with_state_and_sensors_of_one_time(grou
             made.until(lambda: client.of("HIL_SENSOR"))
             assert [message.time_usec for message in client.of("HIL_STATE_QUATERNION")] == [2500 * (number + 1)]
             assert [message.time_usec for message in client.of("HIL_SENSOR")] == [2500 * (number + 1)]
+
+
+def test_servo_output_raw(moment: Callable[..., Snapshot], aircraft: Aircraft) -> None:
+    observed = Observed()
+    m = observed.sent("SERVO_OUTPUT_RAW", moment(time=5000.0))
+    assert m.time_usec == 5_000_000_000 % 2**32
+    assert m.port == 0
+    tilt, aileron, _, elevator = aircraft.vehicle["servos"][0]
+
+    def pulse(angle: float, servo: np.void) -> int:
+        return round(1000.0 + 1000.0 * (angle - servo["minimum"]) / (servo["maximum"] - servo["minimum"]))
+
+    assert [m.servo1_raw, m.servo2_raw, m.servo3_raw] == [1600, 1500, 1375]
+    assert m.servo4_raw == pulse(math.radians(40.0), tilt)
+    assert [m.servo5_raw, m.servo6_raw] == [pulse(0.10, aileron), pulse(-0.05, aileron)]
+    assert m.servo7_raw == pulse(0.02, elevator)
+    assert [getattr(m, f"servo{n}_raw") for n in range(8, 17)] == [0] * 9
