@@ -7,7 +7,9 @@ behind queues of their own. Nothing here waits but for the clock, or in lockstep
 import gc
 import math
 import select
+import socket
 import sys
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from sitl.airframe import FlightDivergedError
@@ -34,6 +36,10 @@ ROUNDING = 1e-6  # [ticks]; a message due exactly on a tick must not wait for th
 EMERGENCY, WARNING = 0, 4  # MAV_SEVERITY
 
 
+def _until_input(sockets: list[socket.socket], seconds: float) -> None:
+    select.select(sockets, (), (), seconds)
+
+
 class Runtime:
     """Runs one simulation against a clock until `stop`, or for `duration` simulated seconds.
 
@@ -45,6 +51,7 @@ class Runtime:
         duration: simulated seconds to fly.
         wait_servos: hold time still until the first servo output; in lockstep it always is.
         lockstep: let an outside controller drive time.
+        wait: waits for something to read from these sockets, so many wall seconds at most.
     """
 
     def __init__(
@@ -58,6 +65,7 @@ class Runtime:
         duration: float = math.inf,
         wait_servos: bool = False,
         lockstep: bool = False,
+        wait: Callable[[list[socket.socket], float], None] = _until_input,
     ) -> None:
         self._simulation = simulation
         self._face = face
@@ -67,6 +75,7 @@ class Runtime:
         self._end = sys.maxsize if duration == math.inf else math.ceil(duration * simulation.rate - ROUNDING)
         self._wait_servos = wait_servos
         self._lockstep = lockstep
+        self._wait_for_input = wait
         self._going = True
         self._servos_taken = 0
         simulation.listener = face.statustext
@@ -158,7 +167,7 @@ class Runtime:
         """Sleep until the next step is due, a service wants to be called, or something arrives."""
         if remaining > 0.0:
             wanted = self._face.next_attention - self._clock.now()
-            select.select(self._face.sockets(), (), (), max(min(remaining, wanted), 0.0))
+            self._wait_for_input(self._face.sockets(), max(min(remaining, wanted), 0.0))
 
     def _restart(self) -> None:
         """Let the vehicle begin anew, as somebody has asked over MAVLink."""

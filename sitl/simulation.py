@@ -213,9 +213,9 @@ class Simulation:
     ) -> None:
         """Begin anew as after a reboot: with the parameters, mission, fence and rally points of now.
 
-        `start` is `ground` or `trim:AIRSPEED`, by default where this first began; `heading` [deg], by default home's; `place`
-        latitude and longitude [deg], by default home; `height` above home [m] of a start in the air. Raises StartError,
-        and then changes nothing.
+        `start` is `ground` or `trim:AIRSPEED`, by default where this first began; `heading` [deg], by default home's;
+        `place` latitude and longitude [deg], by default home; `height` above home [m] of a start in the air. Raises
+        StartError, and then changes nothing.
         """
         begin = self._first_start if start is None else start
         if start is not None:

@@ -62,7 +62,8 @@ class Start:
         Raises StartError for a place that is none, or too far from home for the local frame's flat directions.
         """
         if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0 and math.isfinite(rise)):
-            msg = f"start: expected a latitude and a longitude [deg] and a height [m], got {latitude}, {longitude}, {rise}"
+            given = f"{latitude}, {longitude}, {rise}"
+            msg = f"start: expected a latitude and a longitude [deg] and a height [m], got {given}"
             raise StartError(msg)
         origin = environment[0]
         height = float(origin["height_ellipsoid"])

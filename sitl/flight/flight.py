@@ -19,6 +19,7 @@ from sitl.flight.rules import LOWEST, Rules
 
 __all__ = ["Flight"]
 
+LONGEST_TEST = 60.0  # of an actuator [s]
 HOME_STAYS = 5.0  # distance from home up to which arming does not move it [m]
 
 
@@ -27,22 +28,29 @@ class Flight(Rules):
 
     # Arming.
 
+    def check_arming(self, mode: Mode | None = None) -> list[str]:
+        """All that speaks against arming now, in the present mode or another one; none if nothing does."""
+        mode = self.mode if mode is None else mode
+        is_flown = mode == Mode.MISSION and bool(self.mission.items)  # to judge a long one takes its time
+        return self._checks.problems(
+            self.view,
+            self.landed,
+            mode,
+            inside_fence=self.breach is None,
+            mission_feasible=not self.mission.problems() if is_flown else None,
+            faults=self.actuators.faults,
+            throttle=self.sticks.now.throttle if self._has_pilot else None,
+        )
+
     def arm(self, *, force: bool = False) -> None:
         """Let the motors turn. Raises Refused with all that speaks against it; `force` overrides that."""
         if self.armed:
             return
-        self.arming_problems = self._checks.problems(
-            self.view,
-            self.landed,
-            self.mode,
-            inside_fence=self.breach is None,
-            mission_feasible=not self.mission.problems() if self.mission.items else None,
-            faults=self.actuators.faults,
-            throttle=self.sticks.now.throttle if self._has_pilot else None,
-        )
+        self.arming_problems = self.check_arming()
         if self.arming_problems and not force:
             raise Refused(f"not armed: {'; '.join(self.arming_problems)}", temporary=True)
         self.armed = True
+        self.actuator_test.stop()
         self._auto_disarm = AutoDisarm(self.parameters)
         self._move_home_here()
         self._enter(self.mode)
@@ -65,6 +73,20 @@ class Flight(Rules):
         self.failsafes.pilot_took_over()
         self._enter(Mode.TERMINATION)
         self.say(Severity.EMERGENCY, "Flight terminated")
+
+    def test_actuator(self, control: int, value: float, seconds: float, delay: float = 0.0) -> None:
+        """Move one control (as in `vehicle_model.state`: throttle or angle [rad]) for a while, after a delay [s].
+
+        Raises Refused while armed or in the air, and for what is not a finite number or takes longer than a minute.
+        """
+        self._check_numbers(value=value, seconds=seconds, delay=delay)
+        if self.armed or not self.on_ground:
+            msg = "no actuator test: only on the ground and disarmed"
+            raise Refused(msg, temporary=True)
+        if not (0.0 <= seconds <= LONGEST_TEST and 0.0 <= delay <= LONGEST_TEST):
+            msg = f"actuator test: expected 0 to {LONGEST_TEST:g} s, got {seconds:g} s after {delay:g} s"
+            raise Refused(msg)
+        self.actuator_test.add(control, value, self.view.time + delay, seconds)
 
     # Modes.
 
@@ -237,6 +259,15 @@ class Flight(Rules):
         down = self.places.altitude - altitude_msl
         self._check_height(down)
         self._behaviour.change_altitude(down)
+
+    def land_as_planned(self) -> None:
+        """Fly the mission's landing now (DO_LAND_START). Raises Refused on the ground and without one."""
+        self._check_flying("land")
+        start = self.mission.land_start_index()
+        if start is None:
+            msg = "no landing in the mission: DO_LAND_START marks one"
+            raise Refused(msg)
+        self.start_mission(start)
 
     def set_home(
         self,

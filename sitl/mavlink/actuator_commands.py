@@ -83,7 +83,7 @@ class ActuatorCommands(Service):
             raise Refused(msg)
         kind = PERCENT if math.isnan(kind) else whole_number(kind)
         if kind not in (PERCENT, PULSE) or not 0.0 <= throttle <= (100.0 if kind == PERCENT else LONGEST):
-            msg = f"motor test: expected a throttle of 0 to 100 % (type {PERCENT}) or a pulse (type {PULSE}), got {throttle:g}"
+            msg = f"motor test: expected 0 to 100 % (type {PERCENT}) or a pulse (type {PULSE}), got {throttle:g}"
             raise Refused(msg)
         seconds = seconds if seconds > 0.0 else USUAL_TEST
         for place in range(count):

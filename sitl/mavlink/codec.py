@@ -59,7 +59,7 @@ class MessageCodec:
         self._kinds = wire.kinds
         self._fields = wire.fields
         self._is_plain = not any(field.is_text or field.is_array for field in wire.fields)
-        self._record: Any = namedtuple(message.msgname, self.field_names)  # noqa: PYI024  (its fields are not known here)
+        self._record: Any = namedtuple(message.msgname, self.field_names)  # pyright: ignore[reportUntypedNamedTuple]
         offsets: dict[str, int] = dict(wire.offsets)
         self.has_target = bool({"target_system", "target"} & offsets.keys())
         self._target_places = (
@@ -91,7 +91,7 @@ class MessageCodec:
             if field.is_text:
                 values.append(given.encode("utf-8", errors="replace") if isinstance(given, str) else given or b"")
             elif field.is_array:
-                values += [*(given or ()), *[0] * field.count][: field.count]
+                values += [*(given or ()), *[0] * field.length][: field.length]
             else:
                 values.append(0 if given is None else given)
         if fields:
@@ -110,7 +110,7 @@ class MessageCodec:
             if field.is_text:
                 read.append(values[first].partition(b"\0")[0])
             else:
-                read.append(values[first : first + field.count] if field.is_array else values[first])
+                read.append(values[first : first + field.length] if field.is_array else values[first])
         return self._record._make(read)
 
     def targets(self, payload: bytes) -> tuple[int, int]:
@@ -124,7 +124,8 @@ class MessageCodec:
     def frame(self, payload: bytes, sequence: int, system: int, component: int, *, signed: bool = False) -> bytes:
         """Whole MAVLink 2 frame around a payload; `signed` announces that a signature will follow it."""
         body = (
-            _HEADER.pack(len(payload), signed, 0, sequence, system, component, self.id & 0xFFFF, self.id >> 16) + payload
+            _HEADER.pack(len(payload), signed, 0, sequence, system, component, self.id & 0xFFFF, self.id >> 16)
+            + payload
         )
         return _MAGIC + body + mcrf4xx(body + self._extra).to_bytes(2, "little")
 
@@ -138,7 +139,7 @@ class _Field(NamedTuple):
 
     name: str
     first: int
-    count: int
+    length: int
     is_text: bool  # a character array is one bytes object,
     is_array: bool  # any other array so many numbers
 

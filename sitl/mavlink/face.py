@@ -9,7 +9,7 @@ import socket
 import time
 import traceback
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, Final, Self
+from typing import Any, Final, Self, TypeVar
 
 from sitl.hil.servo_input import ServoInput, Source
 from sitl.mavlink.codec import MessageCodec, codec, codec_by_id
@@ -47,6 +47,9 @@ _KINDS: dict[str, Callable[[LinkSpec, int, int], Link]] = {
 _USUAL_SPEED = 500.0  # as fast as possible, in multiples of real time
 _SPEED_WINDOW = 0.05  # over which the speed reached is measured [s], wall time
 _UPDATE_PERIOD = 0.02  # of the services' look at the vehicle [s], simulated
+
+
+_S = TypeVar("_S", bound=Service)
 
 
 class MavlinkFace:
@@ -113,6 +116,7 @@ class MavlinkFace:
         self.stop_wanted = False
         self.internal_errors = 0
         self.context = context_for(simulation, time.time() if unix_epoch is None else unix_epoch)
+        self.context.storage = self.state.folder
         self._timers = Timers()
         self._tape = tape
         self._status_text = StatusText()
@@ -124,8 +128,9 @@ class MavlinkFace:
         self._stretch = 1.0 if lockstep else max(1.0, min(speed, _USUAL_SPEED))
         self._speed_mark: tuple[float, float] | None = None  # wall time and simulated time of the last measurement
         self._next_heartbeat = -math.inf
-        self._load_mark = (time.monotonic(), time.process_time())
+        self._load_mark = (time.monotonic(), time.process_time(), 0, 0)
         self._links: list[tuple[Link, LinkStreams]] = []
+        self.services: list[Service] = []
         try:
             for given in links:
                 self._open(given)
@@ -145,7 +150,6 @@ class MavlinkFace:
         )
         self._servo_handlers = servo_input_handlers(self.servo_input)
         self._hil_answer = (codec("HIL_STATE_QUATERNION").id, codec("HIL_SENSOR").id)
-        self.services: list[Service] = []
         self._handlers: dict[int, tuple[MessageCodec, Handler]] = {}
         self._builders: dict[int, Builder] = {codec(name).id: build for name, build in BUILDERS.items()}
         self._serve()
@@ -165,17 +169,20 @@ class MavlinkFace:
     def _serve(self) -> None:
         """Let every service fill its tables in."""
         self.services = microservices(self)
-        (commands,) = (service for service in self.services if isinstance(service, CommandService))
-        (intervals,) = (service for service in self.services if isinstance(service, MessageIntervalService))
+        commands, intervals = self.service(CommandService), self.service(MessageIntervalService)
         for service in self.services:
             self._handlers |= {codec(name).id: (codec(name), take) for name, take in service.messages().items()}
             self._builders |= {codec(name).id: build for name, build in service.telemetry().items()}
             commands.handlers.update(service.commands())
             intervals.on_request.update({codec(name).id: (codec(name), m) for name, m in service.requestable().items()})
         commands.handlers[RELEASE_SERVOS] = self._release_servos
-        intervals.streamed = frozenset(self._builders)
+        intervals.streamed = self.streamed
         intervals.streams = dict(self._links)
         self._updated = [service for service in self.services if type(service).update is not Service.update]
+
+    def service(self, kind: type[_S]) -> _S:
+        """The one microservice of a kind."""
+        return next(service for service in self.services if isinstance(service, kind))
 
     def __enter__(self) -> Self:
         """Close the links at the end of a with block."""
@@ -184,6 +191,17 @@ class MavlinkFace:
     def __exit__(self, *_: object) -> None:
         """See __enter__."""
         self.close()
+
+    @property
+    def streamed(self) -> frozenset[int]:
+        """Ids of the messages that can be streamed."""
+        return frozenset(self._builders)
+
+    @property
+    def offered(self) -> frozenset[int]:
+        """Ids of the messages that are sent on request."""
+        on_request = (name for service in self.services for name in service.requestable())
+        return self.streamed | {codec(name).id for name in on_request}
 
     # -- what the runtime calls ----------------------------------------------------------------------------------
 
@@ -196,6 +214,7 @@ class MavlinkFace:
         self.wall_time = wall_time
         for link, _ in self._links:
             for peer, data in link.receive(wall_time):
+                link.bytes_in += len(data)
                 scanner = peer.scanner
                 malformed = scanner.malformed
                 frames = scanner.scan(data)
@@ -275,7 +294,7 @@ class MavlinkFace:
 
     def close(self) -> None:
         """Let the services end, and close all links."""
-        for service in getattr(self, "services", ()):
+        for service in self.services:
             self._guarded(service.close)
         for link, _ in self._links:
             link.close()
@@ -342,9 +361,10 @@ class MavlinkFace:
         message_id, system, component, payload, raw, is_known = frame
         if system == self.system and component == self.component:
             return  # our own words, come back over some router
-        if self.signing.is_on and not self.signing.verdict(
-            raw, system, component, message_id, trusted=link.spec.trusted
-        ).accepted:
+        if (
+            self.signing.is_on
+            and not self.signing.verdict(raw, system, component, message_id, trusted=link.spec.trusted).accepted
+        ):
             link.rejected += 1
             return
         link.believe(peer, wall_time)
@@ -373,9 +393,14 @@ class MavlinkFace:
         try:
             call()
         except Exception:  # noqa: BLE001
-            self.internal_errors += 1
-            if self.internal_errors == 1:
-                traceback.print_exc()
+            self._note_error()
+
+    def _note_error(self) -> None:
+        """Tell of an error being handled, the first one with all its details, later ones less and less often."""
+        self.internal_errors += 1
+        if self.internal_errors == 1:
+            traceback.print_exc()
+        if self.internal_errors.bit_count() == 1:
             self.statustext(mav.MAV_SEVERITY_ERROR, f"Internal error {self.internal_errors} of the MAVLink side")
 
     def _see(self, snapshot: Snapshot) -> None:
@@ -385,7 +410,11 @@ class MavlinkFace:
 
     def _made(self, message_id: int, snapshot: Snapshot) -> tuple[MessageCodec, bytes] | None:
         build = self._builders.get(message_id)
-        values = None if build is None else build(snapshot, self.context)
+        try:
+            values = None if build is None else build(snapshot, self.context)
+        except Exception:  # noqa: BLE001  (a message less, but the vehicle keeps flying)
+            self._note_error()
+            return None
         if values is None:
             return None
         packer = codec_by_id(message_id)
@@ -414,12 +443,16 @@ class MavlinkFace:
         for link, _ in self._links:
             link.forget_silent(wall_time)
         self._router.forget()
-        self.context.received = sum(link.rx for link, _ in self._links)
-        self.context.malformed = sum(link.malformed for link, _ in self._links)
-        wall, processor = self._load_mark
-        now = (time.monotonic(), time.process_time())
-        if now[0] > wall:
-            self.context.load = (now[1] - processor) / (now[0] - wall)
+        context, links = self.context, [link for link, _ in self._links]
+        context.received, context.malformed = sum(link.rx for link in links), sum(link.malformed for link in links)
+        context.sent, context.dropped = sum(link.tx for link in links), sum(link.dropped for link in links)
+        bytes_in, bytes_out = sum(link.bytes_in for link in links), sum(link.bytes_out for link in links)
+        before, now = self._load_mark, (time.monotonic(), time.process_time(), bytes_in, bytes_out)
+        elapsed = now[0] - before[0]
+        if elapsed > 0.0:
+            context.load, context.receive_rate, context.send_rate = (
+                (new - old) / elapsed for new, old in zip(now[1:], before[1:], strict=True)
+            )
         self._load_mark = now
 
     def _release_servos(self, command: Command) -> int:

@@ -1,7 +1,7 @@
 """Failure injection: motors that stop or weaken, servos that stick, links that fall silent, and all well again.
 
-MAV_CMD_INJECT_FAILURE, allowed by the parameter SYS_FAILURE_EN as with PX4. What is not modelled is UNSUPPORTED, so that
-nobody takes a test for passed that has tested nothing.
+MAV_CMD_INJECT_FAILURE, allowed by the parameter SYS_FAILURE_EN as with PX4. What is not modelled is UNSUPPORTED, so
+that nobody takes a test for passed that has tested nothing.
 """
 
 from collections.abc import Callable, Mapping

@@ -22,8 +22,8 @@ AUTO = mav.MAV_MODE_PROPERTY_AUTO_MODE
 class ModeNumber:
     """One mode as a ground station knows it.
 
-    Asking for it leads to the first of `modes`; once asked for, it also stands for the others. `wing_borne` limits it to
-    one regime when it is told and nobody has asked for it: True cruise, False hover, None either.
+    Asking for it leads to the first of `modes`; once asked for, it also stands for the others. `wing_borne` limits it
+    to one regime when it is told and nobody has asked for it: True cruise, False hover, None either.
     """
 
     number: int
@@ -73,9 +73,7 @@ class Identity:
             entry = self.entry(asked)
             if entry is not None and mode in entry.modes:
                 return entry
-        return next(
-            entry for entry in self.modes if entry.modes[0] == mode and entry.wing_borne in (None, wing_borne)
-        )
+        return next(entry for entry in self.modes if entry.modes[0] == mode and entry.wing_borne in (None, wing_borne))
 
 
 def _px4(main: int, sub: int, name: str, mode: Mode, standard: int = 0, properties: int = 0) -> ModeNumber:
@@ -130,6 +128,7 @@ ARDUPILOT = Identity(
         ModeNumber(16, "INITIALISING", (Mode.TERMINATION,), properties=NOT_SELECTABLE),
     ),
     mission_has_home=True,
+    takeoff_above_home=True,
     mission_always_continues=True,
     guided=15,
     streams={"normal": "ardupilot", "onboard": "ardupilot"},

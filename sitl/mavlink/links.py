@@ -121,6 +121,7 @@ class Link(ABC):
         dropped: messages not sent because a buffer was full or the network refused.
         malformed: pieces received that are no MAVLink.
         rejected: messages received that signing did not let in.
+        bytes_in, bytes_out: what came, and what was sent.
     """
 
     def __init__(self, spec: LinkSpec, system: int, component: int) -> None:
@@ -132,6 +133,7 @@ class Link(ABC):
         self.signing: Signing | None = None
         self.tape: Callable[[Messages], None] | None = None
         self.tx = self.rx = self.dropped = self.malformed = self.rejected = 0
+        self.bytes_in = self.bytes_out = 0
         self.max_datagram = 0 if spec.single else MAX_DATAGRAM
 
     @property
@@ -186,18 +188,18 @@ class Link(ABC):
                 frame = signing.sign(frame, self.number)
             peer.sequence = (peer.sequence + 1) & 0xFF
             if count and len(datagram) + len(frame) > self.max_datagram:
-                taken &= self._count(self._transmit(peer, datagram), count)
+                taken &= self._hand_over(peer, datagram, count)
                 datagram, count = frame, 1
             else:
                 datagram += frame
                 count += 1
         if count:
-            taken &= self._count(self._transmit(peer, datagram), count)
+            taken &= self._hand_over(peer, datagram, count)
         return taken
 
     def forward(self, peer: Peer, frame: bytes) -> None:
         """Pass a frame of somebody else on as it came."""
-        self._count(self._transmit(peer, frame), 1)
+        self._hand_over(peer, frame, 1)
 
     def statistics(self) -> dict[str, int]:
         """The counters."""
@@ -209,9 +211,12 @@ class Link(ABC):
             "rejected": self.rejected,
         }
 
-    def _count(self, was_taken: bool, messages: int) -> bool:
-        if was_taken:
+    def _hand_over(self, peer: Peer, data: bytes, messages: int) -> bool:
+        """Give the peer's socket so many messages, and count them."""
+        taken = self._transmit(peer, data)
+        if taken:
             self.tx += messages
+            self.bytes_out += len(data)
         else:
             self.dropped += messages
-        return was_taken
+        return taken

@@ -19,6 +19,7 @@ FULL = 1000.0
 CENTRE, TRAVEL = 1500.0, 500.0  # of a channel [us]
 RELEASED, IGNORED = 0, 0xFFFF
 SHORTEST, LONGEST = 800, 2200  # pulse there is [us]
+NO_STICKS = 4  # of COM_RC_IN_MODE
 ROLL, PITCH, THROTTLE, YAW = range(4)  # channels 1 to 4
 
 
@@ -89,7 +90,10 @@ class ManualControlService(Service):
         simulation = self.exchange.simulation
         if not simulation.autopilot:
             return False
-        silent = simulation.time - self._heard > simulation.flight.parameters["COM_RC_LOSS_T"]
+        parameters = simulation.flight.parameters
+        if parameters["COM_RC_IN_MODE"] == NO_STICKS:
+            return False
+        silent = simulation.time - self._heard > parameters["COM_RC_LOSS_T"]
         return silent or self._pilot in (None, (sender.system, sender.component))
 
 

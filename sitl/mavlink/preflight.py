@@ -28,9 +28,10 @@ SIDES = ("back", "front", "left", "right", "up", "down")
 class PreflightService(Service):
     """What is done before a flight."""
 
-    def __init__(self, exchange: Exchange) -> None:
-        """Serve through `exchange`."""
+    def __init__(self, exchange: Exchange, report_health: Callable[[], None]) -> None:
+        """Serve through `exchange`; `report_health` tells the result of checks as events."""
         super().__init__(exchange)
+        self._report_health = report_health
         self._calibration: Running | None = None
 
     def commands(self) -> Mapping[int, CommandHandler]:
@@ -50,6 +51,7 @@ class PreflightService(Service):
     def _check(self, command: Command) -> None:
         """RUN_PREARM_CHECKS: says everything that speaks against arming, or that nothing does."""
         flight = self.exchange.simulation.flight
+        self._report_health()
         if flight.armed:
             msg = "no pre-arm checks: armed"
             raise Refused(msg, temporary=True)
@@ -134,7 +136,7 @@ class PreflightService(Service):
             msg = f"restart: expected an airspeed [m/s] as second parameter, got {airspeed:g}"
             raise Refused(msg)
         if any(math.isinf(value) for value in (heading, latitude, longitude, altitude)):
-            msg = "restart: expected a heading, latitude, longitude [deg] and height [m], or none (NaN), got an infinite one"
+            msg = "restart: expected a heading, latitude, longitude [deg] and height [m] or NaN, got an infinite number"
             raise Refused(msg)
         self.exchange.request_restart(
             start=(None, "ground", f"trim:{airspeed:g}")[kind],

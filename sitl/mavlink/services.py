@@ -4,8 +4,12 @@ from typing import TYPE_CHECKING
 
 from sitl.mavlink.actuator_commands import ActuatorCommands
 from sitl.mavlink.command import CommandService
+from sitl.mavlink.component_metadata import ComponentMetadataService
+from sitl.mavlink.events import EventsService
 from sitl.mavlink.failure_injection import FailureInjectionService
 from sitl.mavlink.flight_commands import FlightCommands
+from sitl.mavlink.ftp import FtpService
+from sitl.mavlink.ftp_mounts import standard_mounts
 from sitl.mavlink.high_latency import HighLatencyService
 from sitl.mavlink.manual_control import ManualControlService
 from sitl.mavlink.mavlink_version import MavlinkVersionService
@@ -31,17 +35,24 @@ __all__ = ["microservices"]
 def microservices(face: "MavlinkFace") -> "list[Service]":
     """Every microservice, for one vehicle."""
     modes = StandardModesService(face)
+    events = EventsService(face)
+    parameters = ParameterService(face)
+    mission = MissionService(face)  # after the parameters: some of them say what missions are feasible
+    metadata = ComponentMetadataService(face)
     return [
         CommandService(face),
         MessageIntervalService(face),
         MavlinkVersionService(face),
-        ParameterService(face),
-        MissionService(face),  # after the parameters: some of them say what missions are feasible
+        parameters,
+        mission,
         modes,
         FlightCommands(face),
         ActuatorCommands(face, face.context),
         FailureInjectionService(face),
-        PreflightService(face),
+        PreflightService(face, events.report),
+        events,
+        metadata,
+        FtpService(face, standard_mounts(face, mission.plans, metadata=metadata.mounts)),
         OffboardService(face, modes),
         ManualControlService(face),
         SigningService(face, face.signing),

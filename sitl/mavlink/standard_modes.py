@@ -151,7 +151,9 @@ class StandardModesService(Service):
     def _do_set_mode(self, command: Command) -> None:
         base, main, sub = (whole_number(param) for param in command.params[:3])
         if base is not None and not base & mav.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
-            msg = f"mode: expected a custom mode (base mode with bit {mav.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED}), got {base}"
+            msg = (
+                f"mode: expected a custom mode (base mode with bit {mav.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED}), got {base}"
+            )
             raise Refused(msg)
         if main is None or main < 0:
             msg = f"mode: expected a number, got {command.params[1]:g}"

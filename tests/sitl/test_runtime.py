@@ -47,19 +47,25 @@ class Flight:
         self.socket.setblocking(False)
         self.face = MavlinkFace(
             [f"udpout:127.0.0.1:{self.socket.getsockname()[1]}"],
-            aircraft.channels,
-            vehicle=aircraft.vehicle,
+            self.simulation,
             speed=speed,
-            autopilot=autopilot,
             unix_epoch=0.0,
             on_text=lambda _, text: self.said.append((self.simulation.time, text)),
         )
         self.said: list[tuple[float, str]] = []  # with the simulated time
         self.output = io.StringIO()
         self.status = Status(self.output)
-        self.clock = Clock(speed, self.simulation.rate, monotonic=wall.monotonic, sleep=wall.sleep)
+        self.clock = Clock(speed, self.simulation.rate, monotonic=wall.monotonic)
         viewer = open_viewer("off", aircraft)
-        self.runtime = Runtime(self.simulation, self.face, self.clock, viewer, self.status, duration=duration)
+        self.runtime = Runtime(
+            self.simulation,
+            self.face,
+            self.clock,
+            viewer,
+            self.status,
+            duration=duration,
+            wait=lambda _, seconds: wall.sleep(seconds),
+        )
 
     def run(self) -> list[Any]:
         """Fly to the end; the messages that arrived."""

@@ -1,7 +1,7 @@
 """A vehicle and ground stations in one process: the real simulation and face, on a link made of lists.
 
-Wall time is invented: it moves with simulated time in `advance`, and alone in `wait`. So retries and timeouts of minutes
-take no time, and every run is the same.
+Wall time is invented: it moves with simulated time in `advance`, and alone in `wait`. So retries and timeouts of
+minutes take no time, and every run is the same.
 """
 
 import math
@@ -102,6 +102,17 @@ class Station:
         """Messages of a kind that have come."""
         return [message for message in self.received if message.get_type() == name]
 
+    @property
+    def texts(self) -> list[str]:
+        """Status texts that have come, long ones put together."""
+        texts: list[str] = []
+        for message in self.of("STATUSTEXT"):
+            if message.id and message.chunk_seq:
+                texts[-1] += message.text
+            else:
+                texts.append(message.text)
+        return texts
+
     def command(self, command: int, *params: float, confirmation: int = 0, **target: int) -> Any:
         """Send a COMMAND_LONG, parameters left out unset (NaN); returns its COMMAND_ACK, None if there is none."""
         padded = [*params, *[math.nan] * (7 - len(params))]
@@ -120,7 +131,9 @@ class Station:
 class Desk:
     """One vehicle and the stations that talk to it; `station` is the first, and its methods are here too."""
 
-    def __init__(self, simulation: Simulation | None = None, *, links: list[MemoryLink] | None = None, **face: Any) -> None:
+    def __init__(
+        self, simulation: Simulation | None = None, *, links: list[MemoryLink] | None = None, **face: Any
+    ) -> None:
         self.simulation = Simulation() if simulation is None else simulation
         self.links = links or [MemoryLink()]
         self.face = MavlinkFace(self.links, self.simulation, unix_epoch=1.8e9, **face)
@@ -138,6 +151,10 @@ class Desk:
     @property
     def received(self) -> list[Any]:
         return self.station.received
+
+    @property
+    def texts(self) -> list[str]:
+        return self.station.texts
 
     def turn(self) -> None:
         """Let the vehicle take in what has come, and begin anew if it was asked to."""

@@ -21,7 +21,7 @@ def datagram(data: bytes) -> tuple[list[Any], int]:
 
 
 def test_a_frame_is_found_with_its_sender_and_payload() -> None:
-    assert datagram(FRAME) == ([(PING.id, 11, 22, PAYLOAD)], 0)
+    assert datagram(FRAME) == ([(PING.id, 11, 22, PAYLOAD, FRAME, True)], 0)
 
 
 def test_several_frames_of_both_versions_share_a_datagram() -> None:
@@ -63,16 +63,17 @@ def test_any_changed_byte_is_noticed(place: int) -> None:
     damaged[place] ^= 0x55
     frames, malformed = datagram(bytes(damaged) + FRAME)
     # The sender's ids, too, are under the checksum: whatever was hit, the first frame does not come through.
-    assert [frame.payload for frame in frames] in ([PAYLOAD], [])
-    # A message id that nobody here knows cannot be checked, so that frame is passed over as somebody else's.
+    assert [frame.payload for frame in frames if frame.is_known] in ([PAYLOAD], [])
+    # A message id that nobody here knows cannot be checked, so that frame is taken for somebody else's.
     has_unknown_id = place in (8, 9)
     assert (malformed == 0) is has_unknown_id
 
 
-def test_unknown_messages_are_passed_over_whole() -> None:
+def test_unknown_messages_are_found_whole_for_those_who_know_them() -> None:
     unknown = struct.pack("<BBBBBBBHB", 0xFD, 3, 0, 0, 0, 1, 1, 0xFFF0, 0x12) + b"abc\x11\x22"
     frames, malformed = datagram(unknown + FRAME)
-    assert ([frame.payload for frame in frames], malformed) == ([PAYLOAD], 0)
+    assert ([frame.is_known for frame in frames], malformed) == ([False, True], 0)
+    assert [frame.raw for frame in frames] == [unknown, FRAME]
 
 
 def test_undefined_incompatibility_flags_are_refused() -> None:
