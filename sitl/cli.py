@@ -42,7 +42,7 @@ class Options(NamedTuple):
     speed: float  # inf for "max"
     seed: int | None
     aircraft: Path | None
-    system_id: int  # instance included
+    system_id: int | None  # instance included; None: the parameter MAV_SYS_ID
     instance: int
     servos: int | None
     wait_servos: bool
@@ -158,7 +158,10 @@ def _command(
     aircraft: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Aircraft file. [default: the paper's, hong2013.toml]")
     ] = None,
-    sysid: Annotated[int, typer.Option(metavar="ID", min=1, max=255, help="MAVLink system id.")] = 1,
+    sysid: Annotated[
+        int | None,
+        typer.Option(metavar="ID", min=1, max=255, help="MAVLink system id. [default: parameter MAV_SYS_ID, 1]"),
+    ] = None,
     instance: Annotated[
         int, typer.Option("-i", "--instance", metavar="N", min=0, max=254, help="Shift ports and system id by N.")
     ] = 0,
@@ -191,8 +194,9 @@ def _command(
     ] = False,
 ) -> Options:
     """Fly a tilt-wing UAV that speaks MAVLink, until Ctrl-C."""
-    if sysid + instance > 255:
-        _refuse("--instance", f"expected a system id up to 255, got {sysid} + {instance}")
+    system = (sysid or 1) + instance
+    if system > 255:
+        _refuse("--instance", f"expected a system id up to 255, got {sysid or 1} + {instance}")
     if duration is not None and not math.isfinite(duration):
         _refuse("--duration", f"expected finite seconds, got {duration}")
     factor = _speed(speed)
@@ -217,7 +221,7 @@ def _command(
         speed=factor,
         seed=seed,
         aircraft=aircraft,
-        system_id=sysid + instance,
+        system_id=None if sysid is None and instance == 0 else system,
         instance=instance,
         servos=servos,
         wait_servos=wait_servos,

@@ -14,7 +14,6 @@ from sitl.control.design import design_for
 from sitl.flight.parameter_file import ParameterFileError, parse_parameters
 from sitl.flight.plan_file import PlanError
 from sitl.mavlink import LinkError, LinkSpec, MavlinkFace, parse_link
-from sitl.mavlink.face import AUTOPILOT
 from sitl.mavlink.identity import IDENTITIES
 from sitl.mavlink.signing import Signing
 from sitl.mavlink.signing_key import SigningError, read_key
@@ -77,7 +76,7 @@ def fly(options: "Options") -> int:
                 specs,
                 simulation,
                 identity=IDENTITIES[options.identity],
-                system_id=options.system_id,
+                system_id=None if options.autopilot else options.system_id,
                 servos_sysid=options.servos,
                 servo_timeout=options.servo_timeout,
                 speed=options.speed,
@@ -97,7 +96,7 @@ def fly(options: "Options") -> int:
                     wait_servos=options.wait_servos,
                     lockstep=options.lockstep,
                 )
-                _introduce(status, options, simulation, specs, viewer)
+                _introduce(status, options, simulation, specs, viewer, face.system)
                 if options.realtime_priority:
                     _ask_for_realtime_priority(status)
                 received = _stop_on_signals(runtime)
@@ -118,6 +117,9 @@ def _vehicle(options: "Options", status: Status) -> Simulation:
     """The simulation at its start, everything it calls compiled or loaded."""
     scenario = Scenario() if options.scenario is None else load_scenario(options.scenario)
     aircraft = load_aircraft(scenario.aircraft if options.aircraft is None else options.aircraft)
+    parameters = parse_parameters(options.parameters, options.parameter_files)
+    if options.system_id is not None:
+        parameters["MAV_SYS_ID"] = options.system_id
     if options.autopilot:
         design_for(aircraft, status.say)  # that of a new aircraft takes a while
     simulation = Simulation(
@@ -128,7 +130,7 @@ def _vehicle(options: "Options", status: Status) -> Simulation:
         wind=options.wind,
         home=options.home,
         earth=options.earth,
-        parameters=parse_parameters(options.parameters, options.parameter_files),
+        parameters=parameters,
         autopilot=options.autopilot,
         rate=options.rate,
     )
@@ -146,7 +148,7 @@ def _signing(options: "Options", state: StateFolder) -> Signing:
 
 
 def _tape(options: "Options") -> Tape | None:
-    return None if options.tlog is None else Tape(options.tlog, options.system_id, AUTOPILOT)
+    return None if options.tlog is None else Tape(options.tlog)
 
 
 def _shifted(spec: LinkSpec, instance: int) -> LinkSpec:
@@ -161,13 +163,13 @@ def _shifted(spec: LinkSpec, instance: int) -> LinkSpec:
 
 
 def _introduce(
-    status: Status, options: "Options", simulation: Simulation, specs: list[LinkSpec], viewer: Viewer
+    status: Status, options: "Options", simulation: Simulation, specs: list[LinkSpec], viewer: Viewer, system: int
 ) -> None:
     """Tell where the vehicle is, where to connect and where to watch."""
     home = simulation.scenario.home
     flown_by = "autopilot on" if options.autopilot else "autopilot off, controls are held"
     status.say(
-        f"Tilt-wing, system {options.system_id}: {simulation.description}, {flown_by}; "
+        f"Tilt-wing, system {system}: {simulation.description}, {flown_by}; "
         f"home {home.latitude:g}, {home.longitude:g}, {home.altitude:g} m, heading {home.heading:g} deg"
     )
     for spec in specs:

@@ -18,6 +18,7 @@ import numpy as np
 
 from sitl.airframe import Airframe
 from sitl.control.design import design_for
+from sitl.fate import Fate
 from sitl.flight.flight import Flight
 from sitl.flight.mode import Mode
 from sitl.flight.parameters import Parameters
@@ -27,12 +28,12 @@ from sitl.flight.view import EVENTS_RATE, View
 from sitl.history import History
 from sitl.recorder import Recorder
 from sitl.scenario import Earth, Scenario, Script, load_scenario
-from sitl.scenario.link_ages import LINKS, LinkAges
+from sitl.scenario.link_ages import LinkAges
 from sitl.start import Start, start_at
 from sitl.start_file import TRIM_HEIGHT
 from vehicle_model.aircraft import Aircraft, load_aircraft
 from vehicle_model.earth import make_environment
-from vehicle_model.state import CONTROL_COUNT, SERVO_NAMES, STATE_COUNT, TILT, TILT_COMMAND
+from vehicle_model.state import CONTROL_COUNT, STATE_COUNT, TILT, TILT_COMMAND
 from vehicle_model.wind import wind_step
 
 if TYPE_CHECKING:
@@ -45,10 +46,9 @@ __all__ = ["Simulation"]
 
 # A start in the air is one on the wing from this airspeed, unless it stands over the ground as a hover in wind does.
 WING_BORNE, STANDING = 8.0, 3.0  # [m/s]
-ROTORS = ("left", "right", "tail")
 
 
-class Simulation:
+class Simulation(Fate):
     """One tilt-wing, its flight controller and what a scenario does to them.
 
     Args:
@@ -122,11 +122,6 @@ class Simulation:
     def tick(self) -> int:
         """Steps since the start."""
         return self.airframe.tick
-
-    @property
-    def time(self) -> float:
-        """Simulated seconds since the start."""
-        return self.airframe.time
 
     def advance(self, seconds: float) -> None:
         """Fly so many simulated seconds, to the nearest step. Raises FlightDivergedError as `step`."""
@@ -307,28 +302,14 @@ class Simulation:
         self._setpoint = setpoint
         if setpoint is not None:
             self._send_setpoint()
-            self._links.refresh(self.flight.links, self.flight.sticks, self.time)
             self.flight.set_mode(Mode.OFFBOARD)
 
     def offboard(self, setpoint: "MotionSetpoint | AttitudeSetpoint") -> None:
         """A setpoint has come from a computer outside. Raises Refused with the autopilot off."""
         self.flight.offboard(setpoint)
         self._links.setpoint_received = self.time
-
-    def hear_ground_station(self) -> None:
-        """A heartbeat has come from a ground station."""
-        self._links.station_received = self.time
-
-    def set_link(self, name: str, up: bool) -> None:
-        """Let the ground_station or manual_control be heard all the time from now on, or be silent."""
-        self._links.switch(_known("link", LINKS, name), up, self.time)
-
-    def cut_link(self, name: str, silent: bool) -> None:
-        """Let the ground_station or manual_control be silent whatever it sends, or be heard again as it speaks."""
-        if silent:
-            self.set_link(name, up=False)
-        else:
-            self._links.release(_known("link", LINKS, name))
+        # At once: what asks for Offboard may come in the same moment.
+        self._links.refresh(self.flight.links, self.flight.sticks, self.time)
 
     # -- an outside controller -------------------------------------------------------------------------------------
 
@@ -350,42 +331,6 @@ class Simulation:
         if self.is_flown_from_outside:
             self.airframe.controls_from_outside = False
             self._begin_flight()
-
-    # -- fate ------------------------------------------------------------------------------------------------------
-
-    def set_wind(self, steady_ned: Sequence[float]) -> None:
-        """Let this be the steady wind from now on (NED, blowing to) [m/s]; roughness and gusts stay."""
-        self.airframe.set_wind(steady_ned)
-
-    def fail_motor(self, name: str, loss: float) -> None:
-        """Let a rotor (left, right, tail) lose this share of its thrust, 0..1. Raises ValueError for another."""
-        self.airframe.lose_thrust(ROTORS.index(_known("motor", ROTORS, name)), loss)
-
-    def fail_servo(self, name: str, angle: float | None = None) -> None:
-        """Let a servo (tilt, aileron_left, aileron_right, elevator) stick where it is, or run to an angle [rad] first.
-
-        Raises ValueError for another name, or an angle it cannot have.
-        """
-        self.airframe.stick_servo(SERVO_NAMES.index(_known("servo", SERVO_NAMES, name)), angle)
-
-    def repair_motor(self, name: str) -> None:
-        """Let a rotor have all of its thrust again. Raises ValueError for another name."""
-        self.fail_motor(name, 0.0)
-        self._count_on_actuators()
-
-    def repair_servo(self, name: str) -> None:
-        """Let a stuck servo move again. Raises ValueError for another name."""
-        self.airframe.repair_servo(SERVO_NAMES.index(_known("servo", SERVO_NAMES, name)))
-        self._count_on_actuators()
-
-    def repair(self) -> None:
-        """End all faults; the flight takes its actuators for repaired."""
-        self.airframe.repair()
-        self._count_on_actuators()
-
-    def _count_on_actuators(self) -> None:
-        if self._flight is not None:
-            self._flight.actuators.reset()
 
     # -- inside ----------------------------------------------------------------------------------------------------
 
@@ -447,10 +392,3 @@ class Simulation:
         controls = np.zeros(CONTROL_COUNT)
         controls[TILT_COMMAND:] = state[TILT:]
         return Start(state, controls, "in a given state")
-
-
-def _known(what: str, names: tuple[str, ...], name: str) -> str:
-    if name not in names:
-        msg = f"{what}: expected one of {', '.join(names)}, got {name!r}"
-        raise ValueError(msg)
-    return name

@@ -20,6 +20,7 @@ from sitl.mavlink.frames import Frame
 from sitl.mavlink.identity import PX4, Identity
 from sitl.mavlink.links import Link, LinkSpec, Messages, Peer, parse_link
 from sitl.mavlink.message_interval import LinkStreams, MessageIntervalService
+from sitl.mavlink.parameter import ParameterService
 from sitl.mavlink.router import QUIET, Router, targets_of
 from sitl.mavlink.service import Builder, Handler, Sender, Service
 from sitl.mavlink.services import microservices
@@ -73,7 +74,7 @@ class MavlinkFace:
         simulation: Simulation,
         *,
         identity: Identity = PX4,
-        system_id: int = 1,
+        system_id: int | None = None,
         servos_sysid: int | None = None,
         servo_timeout: float = 0.5,
         unix_epoch: float | None = None,
@@ -90,7 +91,7 @@ class MavlinkFace:
             links: connection strings (see `sitl.mavlink.links.parse_link`), what they say, or open links.
             simulation: the vehicle.
             identity: whom it looks like.
-            system_id: our MAVLink system id; the component is 1, autopilot.
+            system_id: our MAVLink system id, by default the parameter MAV_SYS_ID; the component is 1, autopilot.
             servos_sysid: take servo outputs from this system only.
             servo_timeout: silence after which servo outputs are stale, simulated seconds at the requested speed.
             unix_epoch: UTC at simulated time zero [s since 1970]; the present if None.
@@ -103,7 +104,8 @@ class MavlinkFace:
 
         Raises LinkError, and leaves nothing open, if a link cannot be had.
         """
-        self.system = system_id
+        self._given_system = system_id
+        self.system = system_id or 1
         self.component = AUTOPILOT
         self.simulation = simulation
         self.identity = identity
@@ -178,7 +180,16 @@ class MavlinkFace:
         commands.handlers[RELEASE_SERVOS] = self._release_servos
         intervals.streamed = self.streamed
         intervals.streams = dict(self._links)
+        self._take_system_id()
         self._updated = [service for service in self.services if type(service).update is not Service.update]
+
+    def _take_system_id(self) -> None:
+        """Have the system id that was given, or that the parameters say at every beginning."""
+        self.system = self._given_system or self.service(ParameterService).system_id or 1
+        for link, _ in self._links:
+            link.system = self.system
+        if self._tape is not None:
+            self._tape.system = self.system
 
     def service(self, kind: type[_S]) -> _S:
         """The one microservice of a kind."""
@@ -287,6 +298,7 @@ class MavlinkFace:
             streams.restart()
         for service in self.services:
             self._guarded(service.restarted)
+        self._take_system_id()
 
     def statistics(self) -> dict[str, dict[str, int]]:
         """Counters rx, tx, dropped, malformed, rejected of each link, by its connection string."""

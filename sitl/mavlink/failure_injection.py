@@ -6,11 +6,11 @@ that nobody takes a test for passed that has tested nothing.
 
 from collections.abc import Callable, Mapping
 
+from sitl.fate import ROTORS
 from sitl.flight.refused import Refused
 from sitl.mavlink.command import Command, CommandHandler, whole_number
 from sitl.mavlink.dialect import tiltwing as mav
 from sitl.mavlink.service import Service
-from sitl.simulation import ROTORS
 from vehicle_model.state import SERVO_NAMES
 
 __all__ = ["FailureInjectionService"]

@@ -29,13 +29,14 @@ class Tape:
     """A .tlog file being written.
 
     Attributes:
+        system, component: ids that our frames have on it.
         dropped: pieces that the disk did not take in time, or at all.
     """
 
-    def __init__(self, path: Path, system: int, component: int) -> None:
-        """Begin a new file for frames of ours with these ids; raises TapeError if it cannot be made."""
+    def __init__(self, path: Path) -> None:
+        """Begin a new file; raises TapeError if it cannot be made."""
         self.dropped = 0
-        self._system, self._component = system, component
+        self.system = self.component = 1
         self._sequence = 0
         try:
             self._file = path.open("wb")
@@ -57,7 +58,7 @@ class Tape:
     def sent(self, messages: Messages) -> None:
         """Record messages of ours."""
         for codec, payload in messages:
-            self._keep(codec.frame(payload, self._sequence, self._system, self._component))
+            self._keep(codec.frame(payload, self._sequence, self.system, self.component))
             self._sequence = (self._sequence + 1) & 0xFF
 
     def close(self) -> None:

@@ -278,7 +278,8 @@ def test_help_names_every_option_and_ends_with_success(capsys: pytest.CaptureFix
     assert main(["--help"]) == 0
     text = capsys.readouterr().out
     for option in Options._fields:
-        flag = {"links": "link", "system_id": "sysid"}.get(option, option).replace("_", "-")
+        named = {"links": "link", "system_id": "sysid", "parameters": "param", "parameter_files": "params"}
+        flag = named.get(option, option).replace("_", "-")
         assert f"--{flag}" in text
 
 

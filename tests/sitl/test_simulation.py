@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from sitl.flight.refused import Refused
 from sitl.flight.regime import Regime
 from sitl.history import ROW
 from sitl.scenario import Wind
+from sitl.start import StartError
 from vehicle_model.aircraft import load_aircraft
 from vehicle_model.state import ROTOR_SPEED, TILT
 from vehicle_model.wind import Gust
@@ -309,3 +311,36 @@ def test_control_laws_may_be_designed_for_another_aircraft_than_flies() -> None:
     simulation.advance(10.0)
     assert -simulation.snapshot().position_ned[2] == pytest.approx(100.0, abs=1.0)
     assert simulation.state[ROTOR_SPEED] > Simulation(start="trim:0").state[ROTOR_SPEED]
+
+
+def test_a_restart_keeps_what_was_uploaded_and_begins_where_it_is_told() -> None:
+    simulation = Simulation(start="trim:20", seed=3)
+    simulation.flight.parameters.set("MIS_TAKEOFF_ALT", 31.0)
+    simulation.load_plan("docs/examples/survey_3km.plan")
+    items = simulation.flight.mission.items
+    simulation.flight.links.enforced = False
+    simulation.fail_motor("left", 0.2)
+    simulation.advance(5.0)
+    latitude, longitude, _ = simulation.flight.places.to_geodetic(150.0, 40.0, 0.0)
+    simulation.restart("trim:25", heading=90.0, place=(latitude, longitude), height=60.0)
+    flight, view = simulation.flight, simulation.flight.view
+    assert (simulation.time, flight.parameters["MIS_TAKEOFF_ALT"], flight.mission.items) == (0.0, 31.0, items)
+    assert not flight.links.enforced
+    assert (view.north, view.east, flight.height) == pytest.approx((150.0, 40.0, 60.0), abs=0.1)
+    assert simulation.airframe.vehicle["rotors"]["thrust_factor"][0, 0] == 1.0
+    simulation.restart()
+    fresh = Simulation(start="trim:20", seed=3)
+    assert (simulation.state == fresh.state).all()
+
+
+@pytest.mark.parametrize(
+    "how", [{"start": "trim:99"}, {"start": "ground", "place": (99.0, 8.0)}, {"start": "ground", "place": (48.9, 8.5)}]
+)
+def test_a_restart_that_cannot_be_changes_nothing(how: dict[str, Any]) -> None:
+    simulation = Simulation(start="trim:20")
+    simulation.advance(1.0)
+    flight, state = simulation.flight, simulation.state
+    with pytest.raises(StartError):
+        simulation.restart(**how)
+    assert simulation.flight is flight
+    assert (simulation.state == state).all()

@@ -12,7 +12,7 @@ from tests.sitl.mavlink.in_memory import Desk
 
 def test_what_was_said_on_both_sides_is_on_the_tape_once_and_without_gaps(tmp_path: Path) -> None:
     path = tmp_path / "flight.tlog"
-    desk = Desk(tape=Tape(path, 1, 1))
+    desk = Desk(tape=Tape(path))
     other = desk.join(250, 190)
     desk.advance(2.0)
     assert desk.command(mav.MAV_CMD_RUN_PREARM_CHECKS).result == 0
@@ -39,7 +39,7 @@ def test_what_was_said_on_both_sides_is_on_the_tape_once_and_without_gaps(tmp_pa
 
 def test_keys_are_not_on_the_tape(tmp_path: Path) -> None:
     path = tmp_path / "flight.tlog"
-    desk = Desk(tape=Tape(path, 1, 1))
+    desk = Desk(tape=Tape(path))
     key = bytes(range(100, 132))
     desk.send("SETUP_SIGNING", secret_key=list(key))
     desk.close()
@@ -48,4 +48,4 @@ def test_keys_are_not_on_the_tape(tmp_path: Path) -> None:
 
 def test_a_place_that_cannot_be_written_is_one_clear_line(tmp_path: Path) -> None:
     with pytest.raises(TapeError, match="expected a file to write to, got Is a directory"):
-        Tape(tmp_path, 1, 1)
+        Tape(tmp_path)
