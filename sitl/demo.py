@@ -14,7 +14,6 @@ from typing import Annotated, Literal
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
-from typer.exceptions import TyperException
 
 from sitl import Simulation
 from sitl.airframe import FlightDivergedError
@@ -23,6 +22,7 @@ from sitl.flight.refused import Refused
 from sitl.flight_report import flight_report
 from sitl.recording import Tape, save_recording, serve_recording
 from sitl.report_page import mission_page
+from vehicle_model.command_line import run
 
 __all__ = ["demo", "fly_mission", "main"]
 
@@ -135,16 +135,7 @@ def _lines(simulation: Simulation) -> tuple[str, str]:
 
 def main() -> None:
     """Entry point: exit status 0 after a whole mission, 1 otherwise, 2 for what cannot be flown, told in one line."""
-    try:
-        app(standalone_mode=False)
-    except TyperException as error:
-        print(f"demo: {error.format_message()} (see --help)", file=sys.stderr)
-        sys.exit(2)
-    except (ValueError, OSError) as error:
-        print(f"demo: {error}", file=sys.stderr)
-        sys.exit(2)
-    except KeyboardInterrupt:
-        sys.exit(130)
+    run(app, "demo", (ValueError, OSError), 2)
 
 
 if __name__ == "__main__":

@@ -9,10 +9,10 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from typer.exceptions import TyperException
 
 from vehicle_model.aircraft import Aircraft, AircraftFileError, load_aircraft
 from vehicle_model.check_case_file import CaseFileError
+from vehicle_model.command_line import run
 from vehicle_model.linearise import HOLDS, Hold, Mode, linearise
 from vehicle_model.linearise import modes as natural_modes
 from vehicle_model.trim import Trim, TrimError, still_air, trim_each, trim_level
@@ -264,15 +264,7 @@ def case(file: Annotated[Path, typer.Argument(help="Check case, TOML.")]) -> Non
 
 def main() -> None:
     """Entry point: errors of the user's making are one line; exit status 2 for a wrong command line, otherwise 1."""
-    try:
-        sys.exit(app(standalone_mode=False))
-    except TyperException as error:
-        print(f"error: {error.format_message()} (see --help)", file=sys.stderr)
-        sys.exit(2)
-    except (AircraftFileError, CaseFileError, TrimError, OSError) as error:
-        sys.exit(f"error: {error}")
-    except KeyboardInterrupt:
-        sys.exit(130)
+    run(app, "error", (AircraftFileError, CaseFileError, TrimError, OSError), 1)
 
 
 if __name__ == "__main__":

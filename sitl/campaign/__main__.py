@@ -13,12 +13,12 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
-from typer.exceptions import TyperException
 
 from sitl.campaign.fly import Campaign, Flyer
 from sitl.campaign.outcome import Outcome, as_table
 from sitl.campaign.page import lost_table, markdown, short_table
 from sitl.campaign.pool import fly_all
+from vehicle_model.command_line import run
 
 __all__ = ["campaign", "main", "save"]
 
@@ -122,16 +122,7 @@ def _shown(title: str, head: tuple[str, ...], rows: list[tuple[str, ...]]) -> Ta
 
 def main() -> None:
     """Entry point: exit status 0 if none was lost, 1 if any was, 2 for what cannot be flown, told in one line."""
-    try:
-        app(standalone_mode=False)
-    except TyperException as error:
-        print(f"campaign: {error.format_message()} (see --help)", file=sys.stderr)
-        sys.exit(2)
-    except (ValueError, OSError) as error:
-        print(f"campaign: {error}", file=sys.stderr)
-        sys.exit(2)
-    except KeyboardInterrupt:
-        sys.exit(130)
+    run(app, "campaign", (ValueError, OSError), 2)
 
 
 if __name__ == "__main__":

@@ -1,14 +1,13 @@
 """`python -m sitl.control`: the control laws looked at from the shell."""
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.progress import track
-from typer.exceptions import TyperException
 
 from vehicle_model.aircraft import AircraftFileError, load_aircraft
+from vehicle_model.command_line import run
 
 app = typer.Typer(
     name="sitl.control", add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None,
@@ -42,15 +41,7 @@ def design(
 
 def main() -> None:
     """Entry point: errors of the user's making are one line; exit status 2 for a wrong command line, otherwise 1."""
-    try:
-        sys.exit(app(standalone_mode=False))
-    except TyperException as error:
-        print(f"error: {error.format_message()} (see --help)", file=sys.stderr)
-        sys.exit(2)
-    except (AircraftFileError, OSError) as error:
-        sys.exit(f"error: {error}")
-    except KeyboardInterrupt:
-        sys.exit(130)
+    run(app, "error", (AircraftFileError, OSError), 1)
 
 
 if __name__ == "__main__":
