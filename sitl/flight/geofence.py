@@ -3,6 +3,8 @@
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from sitl.flight.parameters import Parameters
 from sitl.flight.places import LocalFrame
 
@@ -35,10 +37,14 @@ class Fence:
     """The areas that a ground station has loaded, and the limits GF_MAX_HOR_DIST and GF_MAX_VER_DIST about home.
 
     The vehicle must be inside at least one of the areas to stay in, if there are any, and outside all others.
+
+    Attributes:
+        enabled: False lets the vehicle be anywhere.
     """
 
     def __init__(self, parameters: Parameters, places: LocalFrame) -> None:
         self._parameters, self._places = parameters, places
+        self.enabled = True
         self.load()
 
     def load(self, polygons: tuple[FencePolygon, ...] = (), circles: tuple[FenceCircle, ...] = ()) -> None:
@@ -72,7 +78,7 @@ class Fence:
 
     def breach_above(self, down: float) -> str | None:
         """What does not allow a height [m, NED down], or None."""
-        highest = self._parameters["GF_MAX_VER_DIST"]
+        highest = self._parameters["GF_MAX_VER_DIST"] if self.enabled else 0.0
         height = self._places.home.down - down
         if 0.0 < highest < height:
             return f"{height:.0f} m above home, {highest:.0f} m allowed"
@@ -80,6 +86,8 @@ class Fence:
 
     def breach_at(self, north: float, east: float) -> str | None:
         """What does not allow a place [m] at any height, or None: the areas, or the largest distance from home."""
+        if not self.enabled:
+            return None
         farthest = self._parameters["GF_MAX_HOR_DIST"]
         if farthest > 0.0:
             distance = math.hypot(north - self._places.home.north, east - self._places.home.east)
@@ -128,25 +136,43 @@ def _check_polygon(what: str, polygon: FencePolygon) -> None:
         raise ValueError(msg)
     for point in points:
         _check_point(what, point)
-    sides = [(points[i - 1], points[i]) for i in range(len(points))]
-    for i, side in enumerate(sides):
-        for j in range(i + 2, len(sides)):
-            if (j + 1) % len(sides) != i and _cross(*side, *sides[j]):
-                msg = f"{what}: expected sides that do not cross, got sides {(i - 1) % len(sides)} and {j - 1} crossing"
-                raise ValueError(msg)
+    crossing = _first_crossing(np.array(points))
+    if crossing is not None:
+        msg = f"{what}: expected sides that do not cross, got sides {crossing[0]} and {crossing[1]} crossing"
+        raise ValueError(msg)
 
 
-def _cross(a: Point, b: Point, c: Point, d: Point) -> bool:
-    """Whether the segments from a to b and from c to d have a point in common."""
+def _first_crossing(corners: np.ndarray) -> tuple[int, int] | None:
+    """Two sides of a polygon with corners (n, 2) that have a point in common but are no neighbours, None without.
 
-    def side(p: Point, q: Point, r: Point) -> float:
+    Sides are numbered by the corners at which they begin.
+    """
+    count = len(corners)
+    ends = np.roll(corners, -1, axis=0)
+    lowest, highest = np.minimum(corners, ends), np.maximum(corners, ends)
+    for side in range(count - 2):
+        others = slice(side + 2, count - 1 if side == 0 else count)
+        near = ((lowest[others] <= highest[side]) & (highest[others] >= lowest[side])).all(axis=1)
+        candidates = np.flatnonzero(near) + side + 2
+        if candidates.size:
+            crossing = _cross(corners[side], ends[side], corners[candidates], ends[candidates])
+            if crossing.any():
+                return side, int(candidates[crossing.argmax()])
+    return None
+
+
+def _cross(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> np.ndarray:
+    """Whether the segment from a to b (2) and those from c to d (n, 2) have a point in common, for each of these."""
+
+    def side(p: np.ndarray, q: np.ndarray, r: np.ndarray) -> np.ndarray:
+        p, q, r = p.T, q.T, r.T
         return (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
 
-    def between(p: Point, q: Point, r: Point) -> bool:
-        return min(p[0], q[0]) <= r[0] <= max(p[0], q[0]) and min(p[1], q[1]) <= r[1] <= max(p[1], q[1])
+    def between(p: np.ndarray, q: np.ndarray, r: np.ndarray) -> np.ndarray:
+        return np.all((np.minimum(p, q) <= r) & (r <= np.maximum(p, q)), axis=-1)
 
     sides = side(a, b, c), side(a, b, d), side(c, d, a), side(c, d, b)
-    if sides[0] * sides[1] < 0.0 and sides[2] * sides[3] < 0.0:
-        return True
+    through = (sides[0] * sides[1] < 0.0) & (sides[2] * sides[3] < 0.0)
     ends = ((sides[0], a, b, c), (sides[1], a, b, d), (sides[2], c, d, a), (sides[3], c, d, b))
-    return any(value == 0.0 and between(p, q, r) for value, p, q, r in ends)
+    touching = [(value == 0.0) & between(p, q, r) for value, p, q, r in ends]
+    return np.any([through, *touching], axis=0)

@@ -15,7 +15,17 @@ from sitl.flight.geofence import Fence
 from sitl.flight.landed import LandedState
 from sitl.flight.messages import Severity
 from sitl.flight.mission_ends import VTOL_FIXED_WING, Climb, GoHome, GroundTakeoff, Land, ToCruise, ToHover, VtolTakeoff
-from sitl.flight.mission_items import CONDITIONS, FLOWN, LOITERS, PLACED, Command, Frame, MissionItem, place_of
+from sitl.flight.mission_items import (
+    CONDITIONS,
+    FLOWN,
+    LOITERS,
+    PLACED,
+    Command,
+    Frame,
+    MissionItem,
+    begins_with_home,
+    place_of,
+)
 from sitl.flight.mission_pilot import MissionPilot, Say, SpeedType
 from sitl.flight.mission_steps import Ahead, Loiter, Stay, Step, Turn, Waypoint
 from sitl.flight.parameters import Parameters
@@ -95,12 +105,17 @@ class Mission:
         begun = self._step is not None or self._lift is not None
         old = self.items[self.current] if begun and not self.finished else None
         self.items = tuple(items)
-        goes_on = old is not None and self.current < len(items) and items[self.current] == old
+        goes_on = old is not None and self.current < len(items) and items[self.current].same_as(old)
         if not goes_on:
             self._reset(0)
         self._changed = goes_on
         if any(item.command in PLACED and Frame(item.frame).above_terrain for item in items):
             self._say(Severity.INFO, "Mission: the ground is flat, heights above terrain are heights above home")
+
+    def keep(self, other: "Mission") -> None:
+        """Have the items of another flight's mission, from the first one on."""
+        self.items = other.items
+        self._reset(0)
 
     def start(self, view: View, first: int = 0, *, cruise: bool) -> None:
         """Begin at an item, with the usual speeds, wing-borne or hovering; raises ValueError if there is none."""
@@ -120,9 +135,18 @@ class Mission:
         self.paused = False
 
     def jump_to(self, index: int) -> None:
-        """Go on with this item, at once if the mission is being flown; raises ValueError if there is none."""
+        """Go on with this item, at once if the mission is being flown; raises ValueError if there is none.
+
+        Jumps go on counting their repeats.
+        """
         self._check_number(index)
+        jumped = self._jumped
         self._reset(index)
+        self._jumped = jumped
+
+    def reset_jumps(self) -> None:
+        """Let every jump count its repeats anew."""
+        self._jumped.clear()
 
     def change_speed(self, kind: SpeedType, speed: float) -> None:
         """As the item DO_CHANGE_SPEED does [m/s]."""
@@ -177,6 +201,9 @@ class Mission:
             if self.current >= len(self.items):
                 self._finish(view)
                 return
+            if self.current == 0 and begins_with_home(self.items, self._places):
+                self.reached.append(0)
+                self.current = 1
             item = self.items[self.current]
             command = Command(item.command)
             if command in CONDITIONS:

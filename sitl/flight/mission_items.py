@@ -5,12 +5,18 @@ flight knows no protocol: a plan file brings the same items without any link.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
 from sitl.flight.places import LocalFrame, Ned
 
-__all__ = ["CONDITIONS", "FLOWN", "FOR_PAYLOADS", "LOITERS", "PLACED", "Command", "Frame", "MissionItem", "place_of"]
+__all__ = [
+    "CONDITIONS", "FLOWN", "FOR_PAYLOADS", "LOITERS", "PLACED", "Command", "Frame", "MissionItem", "begins_with_home",
+    "place_of",
+]  # fmt: skip
+
+ON_GROUND = 2.0  # below this height a waypoint is not one to fly to [m]
 
 
 class Command(IntEnum):
@@ -128,6 +134,11 @@ class MissionItem:
         """The item means wherever the vehicle is: no latitude and longitude, or both zero as ground stations send."""
         return math.isnan(self.x) or math.isnan(self.y) or (self.x == 0.0 and self.y == 0.0)
 
+    def same_as(self, other: "MissionItem") -> bool:
+        """Whether nothing differs; what is unset in both does not."""
+        pairs = ((getattr(self, name), getattr(other, name)) for name in self.__slots__)
+        return all(one == another or (one != one and another != another) for one, another in pairs)  # noqa: PLR0124
+
     def down(self, altitude: float, places: LocalFrame) -> float:
         """Down [m] of an altitude in this item's frame."""
         return (places.altitude if Frame(self.frame).above_sea else places.home.down) - altitude
@@ -144,3 +155,13 @@ def place_of(item: MissionItem, places: LocalFrame, here: Ned) -> Ned:
     if not item.here:
         north, east, _ = places.to_ned(item.x, item.y, places.altitude - down)
     return north, east, down
+
+
+def begins_with_home(items: Sequence[MissionItem], places: LocalFrame) -> bool:
+    """Whether the first item only says where home is, as the mission files of ArduPilot's ground stations begin.
+
+    That is a waypoint by absolute altitude, on the ground or below it. It is not flown to.
+    """
+    if len(items) < 2 or items[0].command != Command.WAYPOINT or items[0].frame not in (Frame.GLOBAL, Frame.GLOBAL_INT):
+        return False
+    return items[0].z - places.home.altitude < ON_GROUND

@@ -113,6 +113,36 @@ def test_places_outside_the_fence_are_refused() -> None:
     assert "30 m above home, 25 m allowed" in str(check((WAYPOINT,), PLACES, Parameters(), high)[0])
 
 
+def test_home_at_the_beginning_of_a_mission_is_not_flown() -> None:
+    home = replace(WAYPOINT, frame=Frame.GLOBAL, z=PLACES.altitude)
+    assert found(home, TAKEOFF, WAYPOINT, LAND) == []
+    assert found(replace(home, x=0.0, y=0.0, z=0.0), TAKEOFF, LAND, MIS_DIST_1WP=500.0) == []
+    assert "latitude" in found(replace(home, x=91.0), TAKEOFF)[0]
+    assert found(home, do(Command.DO_SET_ROI_NONE)) == ["nothing to fly"]
+    assert found(home, TAKEOFF, home) == ["item 2: altitude: expected one above the ground, got 0 m above home"]
+    assert "expected something to fly between" in found(home, do(Command.DO_JUMP, 0, 1), TAKEOFF)[0]
+    assert found(replace(home, z=PLACES.altitude + 30.0), TAKEOFF) == ["item 1: expected a take-off to be flown first"]
+
+
+def test_home_is_where_an_item_sets_it_only_if_that_is_on_the_map() -> None:
+    there = at(Command.DO_SET_HOME)
+    assert found(WAYPOINT, there) == []
+    assert "latitude" in found(WAYPOINT, replace(there, x=-91.0))[0]
+    assert "frame 99 is not supported" in found(WAYPOINT, replace(there, frame=99))[0]
+
+
+def test_a_problem_names_the_field_that_is_wrong() -> None:
+    wrong = {
+        "command": do(5000), "frame": replace(WAYPOINT, frame=1), "param1": replace(WAYPOINT, param1=-1.0),
+        "param2": replace(WAYPOINT, param2=-1.0), "param3": at(Command.LOITER_UNLIM, params=(0.0, 0.0, 1e5, NAN)),
+        "param4": do(Command.CONDITION_YAW, 40.0, 0.0, 1.0, 2.0), "x": replace(WAYPOINT, x=99.0),
+        "y": replace(WAYPOINT, y=199.0), "z": replace(WAYPOINT, z=-1.0), "": TAKEOFF,
+    }  # fmt: skip
+    for field, item in wrong.items():
+        (problem,) = check((WAYPOINT, item), PLACES, Parameters())
+        assert (problem.index, problem.field) == (1, field)
+
+
 def test_first_place_must_not_be_too_far() -> None:
     far = at(Command.WAYPOINT, 1500.0)
     assert found(do(Command.DELAY, 1.0), far, MIS_DIST_1WP=1000.0) == [

@@ -251,6 +251,28 @@ def test_jump_to_an_item_is_flown_at_once_from_anywhere() -> None:
     assert sortie.mission.reached == [3]
 
 
+def test_jumps_go_on_counting_after_a_jump_to_an_item_until_they_are_reset() -> None:
+    for reset, ways in ((False, 1), (True, 2)):
+        sortie = hovering()
+        items = (sortie.waypoint(20.0, 0.0, 30.0), sortie.waypoint(0.0, 0.0, 30.0), do(Command.DO_JUMP, 0, 1))
+        sortie.start(*items)
+        sortie.until_item(2)
+        if reset:
+            sortie.mission.reset_jumps()
+        sortie.mission.jump_to(0)
+        sortie.mission.reached.clear()
+        sortie.finish()
+        assert sortie.mission.reached == [0, 1, 2] * ways
+
+
+def test_home_at_the_beginning_is_passed_over() -> None:
+    sortie = hovering()
+    home = MissionItem(Command.WAYPOINT, Frame.GLOBAL, z=sortie.places.altitude)
+    sortie.start(home, sortie.waypoint(20.0, 0.0, 30.0), sortie.waypoint(20.0, 20.0, 30.0)).finish()
+    assert sortie.mission.reached == [0, 1, 2]
+    assert sortie.distance(20.0, 20.0) < 5.0
+
+
 @pytest.mark.parametrize("index", [-1, 1])
 def test_jump_to_an_item_that_is_not_there_is_refused(index: int) -> None:
     sortie = flying()
