@@ -33,7 +33,7 @@ IDLE_PERIOD = 0.05  # [s], how long to wait for input at a time where nothing el
 TICKS_PER_TURN = 100  # catching up, or as fast as possible: so many steps before input is looked at again
 NOT_SEEN = -1
 ROUNDING = 1e-6  # [ticks]; a message due exactly on a tick must not wait for the next
-EMERGENCY, WARNING = 0, 4  # MAV_SEVERITY
+EMERGENCY = 0  # MAV_SEVERITY
 
 
 def _until_input(sockets: list[socket.socket], seconds: float) -> None:
@@ -176,8 +176,7 @@ class Runtime:
         try:
             self._simulation.restart(**wanted)
         except StartError as error:
-            self._face.statustext(WARNING, f"Not restarted: {error}")
-            self._face.restart_wanted = None
+            self._face.restart_refused(str(error))
             return
         self._seen_tick = NOT_SEEN
         self._clock.start(self._simulation.tick)

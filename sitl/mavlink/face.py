@@ -115,6 +115,7 @@ class MavlinkFace:
         self.state = StateFolder() if state is None else state
         self._owns_state = state is None
         self.restart_wanted: dict[str, Any] | None = None
+        self._on_refused: Callable[[], None] | None = None
         self.stop_wanted = False
         self.internal_errors = 0
         self.context = context_for(simulation, time.time() if unix_epoch is None else unix_epoch)
@@ -300,6 +301,13 @@ class MavlinkFace:
             self._guarded(service.restarted)
         self._take_system_id()
 
+    def restart_refused(self, reason: str) -> None:
+        """The simulation cannot begin as somebody has asked: everything is as before."""
+        self.restart_wanted = None
+        self.statustext(mav.MAV_SEVERITY_WARNING, f"Not restarted: {reason}")
+        if self._on_refused is not None:
+            self._on_refused()
+
     def statistics(self) -> dict[str, dict[str, int]]:
         """Counters rx, tx, dropped, malformed, rejected of each link, by its connection string."""
         return {link.spec.text: link.statistics() for link, _ in self._links}
@@ -363,9 +371,10 @@ class MavlinkFace:
         """See Exchange."""
         self.stop_wanted = True
 
-    def request_restart(self, **how: Any) -> None:
+    def request_restart(self, refused: Callable[[], None] | None = None, **how: Any) -> None:
         """See Exchange."""
         self.restart_wanted = how
+        self._on_refused = refused
 
     # -- inside --------------------------------------------------------------------------------------------------
 

@@ -33,6 +33,7 @@ class PreflightService(Service):
         super().__init__(exchange)
         self._report_health = report_health
         self._calibration: Running | None = None
+        self._restarting: Running | None = None
 
     def commands(self) -> Mapping[int, CommandHandler]:
         """See Service."""
@@ -47,6 +48,9 @@ class PreflightService(Service):
     def restarted(self) -> None:
         """See Service."""
         self._calibration = None
+        if self._restarting is not None:
+            self._restarting.finish(mav.MAV_RESULT_ACCEPTED)
+            self._restarting = None
 
     def _check(self, command: Command) -> None:
         """RUN_PREARM_CHECKS: says everything that speaks against arming, or that nothing does."""
@@ -122,7 +126,7 @@ class PreflightService(Service):
         elif action == SHUTDOWN:
             self.exchange.request_stop()
 
-    def _restart(self, command: Command) -> None:
+    def _restart(self, command: Command) -> Running:
         """USER_2: begin anew as started (0), on the ground (1), or in level flight (2) at an airspeed."""
         kind = whole_number(command.params[0])
         _, airspeed, heading, _, latitude, longitude, altitude = command.params
@@ -138,12 +142,15 @@ class PreflightService(Service):
         if any(math.isinf(value) for value in (heading, latitude, longitude, altitude)):
             msg = "restart: expected a heading, latitude, longitude [deg] and height [m] or NaN, got an infinite number"
             raise Refused(msg)
+        running = self._restarting = Running()
         self.exchange.request_restart(
+            refused=lambda: running.finish(mav.MAV_RESULT_FAILED),
             start=(None, "ground", f"trim:{airspeed:g}")[kind],
             heading=heading,
             place=None if math.isnan(latitude) or math.isnan(longitude) else (latitude, longitude),
             height=altitude,
         )
+        return running
 
     def _check_disarmed(self, what: str) -> None:
         simulation = self.exchange.simulation

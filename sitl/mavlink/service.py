@@ -105,8 +105,11 @@ class Exchange(Protocol):
         """A streamed message as it would be sent now; None if there is no such message or nothing to tell."""
         ...
 
-    def request_restart(self, **how: Any) -> None:
-        """Let the vehicle begin anew once this turn is over, as Simulation.restart does with these arguments."""
+    def request_restart(self, refused: Callable[[], None] | None = None, **how: Any) -> None:
+        """Let the vehicle begin anew once this turn is over, as Simulation.restart does with these arguments.
+
+        `refused` is called if it cannot be; everybody is told why.
+        """
         ...
 
     def request_stop(self) -> None:

@@ -40,7 +40,6 @@ def microservices(face: "MavlinkFace") -> "list[Service]":
     mission = MissionService(face)  # after the parameters: some of them say what missions are feasible
     metadata = ComponentMetadataService(face)
     return [
-        CommandService(face),
         MessageIntervalService(face),
         MavlinkVersionService(face),
         parameters,
@@ -61,4 +60,5 @@ def microservices(face: "MavlinkFace") -> "list[Service]":
         SerialControlService(face),
         OpenDroneIdService(face),
         HighLatencyService(face),
+        CommandService(face),  # the last: what others have under way ends first when the vehicle begins anew
     ]

@@ -14,11 +14,14 @@ from typing import Any
 from sitl.mavlink.dialect import tiltwing as mav
 from sitl.mavlink.face import MavlinkFace
 from sitl.mavlink.links import Link, LinkSpec, Peer
+from sitl.mavlink.timers import Timers
 from sitl.simulation import Simulation
+from sitl.start import StartError
 
 __all__ = ["Desk", "MemoryLink", "Station"]
 
 TURN = 0.001  # of invented wall time while waiting [s]
+OVERTAKING = 0.2  # by how much a datagram may be overtaken [s]
 
 
 class MemoryLink(Link):
@@ -55,6 +58,8 @@ class Station:
         received: messages decoded by pymavlink.
         full: its socket takes nothing.
         loss, duplicates: shares of the datagrams lost, or brought twice, each way; drawn from `random`.
+        delay: how long each datagram takes, each way [s], invented wall time.
+        reordering: share of the datagrams that take up to OVERTAKING longer, so that later ones overtake them.
     """
 
     def __init__(self, desk: "Desk", link: MemoryLink, system: int, component: int) -> None:
@@ -63,7 +68,7 @@ class Station:
         self.system, self.component = system, component
         self.received: list[Any] = []
         self.full = False
-        self.loss = self.duplicates = 0.0
+        self.loss = self.duplicates = self.delay = self.reordering = 0.0
         self.random = random.Random(system)
         self._desk, self._link = desk, link
         self.peer = Peer((f"station-{system}-{component}", 0), is_stream=False)
@@ -72,9 +77,12 @@ class Station:
     def take(self, data: bytes) -> bool:
         if self.full:
             return False
-        for _ in range(self._copies()):
-            self.received += self.mav.parse_buffer(data) or []
+        self._carry(lambda: self.hear(data))
         return True
+
+    def hear(self, data: bytes) -> None:
+        """Keep the messages of a datagram that has come."""
+        self.received += self.mav.parse_buffer(data) or []
 
     def send(self, name: str, **fields: Any) -> None:
         """Send a message by name; target fields are the vehicle's unless given, other fields left out are zero."""
@@ -94,8 +102,7 @@ class Station:
 
     def send_bytes(self, data: bytes) -> None:
         """Send bytes as they are, and let the vehicle take them in."""
-        for _ in range(self._copies()):
-            self._link.arrived.append((self.peer, data))
+        self._carry(lambda: self._link.arrived.append((self.peer, data)))
         self._desk.turn()
 
     def of(self, name: str) -> list[Any]:
@@ -122,6 +129,17 @@ class Station:
         answers = self.of("COMMAND_ACK")[before:]
         return answers[-1] if answers else None
 
+    def _carry(self, arrive: Callable[[], None]) -> None:
+        """Have a datagram arrive as this link brings it: not at all, twice, later."""
+        for _ in range(self._copies()):
+            late = self.delay
+            if self.reordering and self.random.random() < self.reordering:
+                late += self.random.uniform(0.0, OVERTAKING)
+            if late:
+                self._desk.under_way.at(self._desk.wall + late, arrive)
+            else:
+                arrive()
+
     def _copies(self) -> int:
         if self.loss and self.random.random() < self.loss:
             return 0
@@ -139,6 +157,7 @@ class Desk:
         self.face = MavlinkFace(self.links, self.simulation, unix_epoch=1.8e9, **face)
         self.simulation.listener = self.face.statustext
         self.wall = self.face.wall_time  # timers set while it was made count from there
+        self.under_way = Timers()  # datagrams on slow links
         self.station = self.join()
         self.send, self.of, self.command = self.station.send, self.station.of, self.station.command
         self.face.attend(self.wall)
@@ -158,11 +177,16 @@ class Desk:
 
     def turn(self) -> None:
         """Let the vehicle take in what has come, and begin anew if it was asked to."""
+        self.under_way.run(self.wall)
         self.face.receive(self.wall)
         self.face.attend(self.wall)
         if self.face.restart_wanted is not None:
-            self.simulation.restart(**self.face.restart_wanted)
-            self.face.restarted()
+            try:
+                self.simulation.restart(**self.face.restart_wanted)
+            except StartError as error:
+                self.face.restart_refused(str(error))
+            else:
+                self.face.restarted()
 
     def publish(self) -> None:
         self.face.publish(self.simulation.snapshot(), self.wall)
@@ -180,6 +204,16 @@ class Desk:
         for _ in range(round(seconds / TURN)):
             self.wall += TURN
             self.turn()
+
+    def wait_until(self, condition: Callable[[], object], timeout: float) -> bool:
+        """Let only wall time pass until a condition holds, from event to event; False if it does not in time [s]."""
+        end = self.wall + timeout
+        while not condition():
+            if self.wall >= end:
+                return False
+            self.wall = min(max(self.wall, min(self.under_way.next_due, self.face.next_attention)), end)
+            self.turn()
+        return True
 
     def until(self, condition: Callable[[], object], timeout: float = 60.0) -> None:
         """Fly until a condition holds, for so many simulated seconds at most."""

@@ -141,3 +141,13 @@ def test_a_start_that_is_none_is_denied(desk: Desk, params: tuple[float, ...]) -
     desk.advance(0.5)
     assert desk.command(RESTART, *params).result == DENIED
     assert desk.simulation.time == 0.5
+
+
+def test_a_start_that_cannot_be_flown_fails_with_the_reason_and_changes_nothing(desk: Desk) -> None:
+    desk.advance(0.5)
+    flight = desk.simulation.flight
+    assert desk.command(RESTART, 2, 99.0).result == mav.MAV_RESULT_FAILED
+    assert desk.texts[-1].startswith("Not restarted: ")
+    assert desk.simulation.flight is flight
+    desk.advance(0.5)
+    assert desk.simulation.time == 1.0
