@@ -12,28 +12,26 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Final, Self, TypeVar
 
 from sitl.hil.servo_input import ServoInput, Source
-from sitl.mavlink.codec import MessageCodec, codec, codec_by_id
+from sitl.mavlink.codec import MessageCodec, codec
 from sitl.mavlink.command import Command, CommandService
 from sitl.mavlink.context import context_for
 from sitl.mavlink.dialect import tiltwing as mav
 from sitl.mavlink.frames import Frame
 from sitl.mavlink.identity import PX4, Identity
-from sitl.mavlink.links import Link, LinkSpec, Messages, Peer, parse_link
-from sitl.mavlink.message_interval import LinkStreams, MessageIntervalService
+from sitl.mavlink.links import Link, LinkSpec, Peer
+from sitl.mavlink.message_interval import MessageIntervalService
+from sitl.mavlink.network import Network
 from sitl.mavlink.parameter import ParameterService
-from sitl.mavlink.router import QUIET, Router, targets_of
-from sitl.mavlink.service import Builder, Handler, Sender, Service
+from sitl.mavlink.publisher import Publisher
+from sitl.mavlink.router import targets_of
+from sitl.mavlink.service import Handler, Sender, Service
 from sitl.mavlink.services import microservices
 from sitl.mavlink.servo_outputs import servo_input_handlers
 from sitl.mavlink.signing import Signing
-from sitl.mavlink.standard_modes import HEARTBEAT_PERIOD
 from sitl.mavlink.state_folder import StateFolder
 from sitl.mavlink.statustext import StatusText
-from sitl.mavlink.streams import BUILDERS, DEFAULT_RATES
 from sitl.mavlink.tape import Tape
-from sitl.mavlink.tcp import TcpIn, TcpOut
 from sitl.mavlink.timers import Timer, Timers
-from sitl.mavlink.udp import UdpIn, UdpOut
 from sitl.simulation import Simulation
 from sitl.snapshot import Snapshot
 
@@ -42,13 +40,7 @@ __all__ = ["RELEASE_SERVOS", "MavlinkFace"]
 AUTOPILOT: Final = mav.MAV_COMP_ID_AUTOPILOT1
 RELEASE_SERVOS: Final = mav.MAV_CMD_USER_1
 
-_KINDS: dict[str, Callable[[LinkSpec, int, int], Link]] = {
-    "udpout": UdpOut, "udpin": UdpIn, "tcpin": TcpIn, "tcpout": TcpOut,
-}  # fmt: skip
-_USUAL_SPEED = 500.0  # as fast as possible, in multiples of real time
-_SPEED_WINDOW = 0.05  # over which the speed reached is measured [s], wall time
 _UPDATE_PERIOD = 0.02  # of the services' look at the vehicle [s], simulated
-
 
 _S = TypeVar("_S", bound=Service)
 
@@ -112,6 +104,7 @@ class MavlinkFace:
         self.speed = speed
         self.wall_time = time.monotonic()
         self.signing = signing or Signing()
+        self._network = Network(links, self.system, AUTOPILOT, self.signing, tape)
         self.state = StateFolder() if state is None else state
         self._owns_state = state is None
         self.restart_wanted: dict[str, Any] | None = None
@@ -121,26 +114,13 @@ class MavlinkFace:
         self.context = context_for(simulation, time.time() if unix_epoch is None else unix_epoch)
         self.context.storage = self.state.folder
         self._timers = Timers()
-        self._tape = tape
         self._status_text = StatusText()
         self._on_text = on_text
-        self._snapshot: Snapshot | None = None
         self._next_update = -math.inf  # simulated time [s]
-        self._caps_rates = speed > 1.0 or lockstep
-        # Until it is measured: the speed asked for, or about what a computer reaches.
-        self._stretch = 1.0 if lockstep else max(1.0, min(speed, _USUAL_SPEED))
-        self._speed_mark: tuple[float, float] | None = None  # wall time and simulated time of the last measurement
-        self._next_heartbeat = -math.inf
-        self._load_mark = (time.monotonic(), time.process_time(), 0, 0)
-        self._links: list[tuple[Link, LinkStreams]] = []
         self.services: list[Service] = []
-        try:
-            for given in links:
-                self._open(given)
-        except ValueError:
-            self.close()
-            raise
-        self._router = Router(link for link, _ in self._links)
+        self._publisher = Publisher(
+            self._network, identity, self.context, self._note_error, speed=speed, lockstep=lockstep
+        )
         self._servo_sender: tuple[Link, Peer] | None = None
         self.servo_input = ServoInput(
             simulation.aircraft.channels,
@@ -154,20 +134,7 @@ class MavlinkFace:
         self._servo_handlers = servo_input_handlers(self.servo_input)
         self._hil_answer = (codec("HIL_STATE_QUATERNION").id, codec("HIL_SENSOR").id)
         self._handlers: dict[int, tuple[MessageCodec, Handler]] = {}
-        self._builders: dict[int, Builder] = {codec(name).id: build for name, build in BUILDERS.items()}
         self._serve()
-
-    def _open(self, given: str | LinkSpec | Link) -> None:
-        if isinstance(given, Link):
-            link = given
-        else:
-            spec = parse_link(given) if isinstance(given, str) else given
-            link = _KINDS[spec.kind](spec, self.system, self.component)
-        link.number = len(self._links)
-        link.signing = self.signing
-        link.tape = None if self._tape is None else self._tape.sent
-        streams = link.spec.streams
-        self._links.append((link, LinkStreams(DEFAULT_RATES[self.identity.streams.get(streams, streams)])))
 
     def _serve(self) -> None:
         """Let every service fill its tables in."""
@@ -175,22 +142,19 @@ class MavlinkFace:
         commands, intervals = self.service(CommandService), self.service(MessageIntervalService)
         for service in self.services:
             self._handlers |= {codec(name).id: (codec(name), take) for name, take in service.messages().items()}
-            self._builders |= {codec(name).id: build for name, build in service.telemetry().items()}
+            self._publisher.builders |= {codec(name).id: build for name, build in service.telemetry().items()}
             commands.handlers.update(service.commands())
             intervals.on_request.update({codec(name).id: (codec(name), m) for name, m in service.requestable().items()})
         commands.handlers[RELEASE_SERVOS] = self._release_servos
         intervals.streamed = self.streamed
-        intervals.streams = dict(self._links)
+        intervals.streams = self._publisher.streams
         self._take_system_id()
         self._updated = [service for service in self.services if type(service).update is not Service.update]
 
     def _take_system_id(self) -> None:
         """Have the system id that was given, or that the parameters say at every beginning."""
         self.system = self._given_system or self.service(ParameterService).system_id or 1
-        for link, _ in self._links:
-            link.system = self.system
-        if self._tape is not None:
-            self._tape.system = self.system
+        self._network.set_system(self.system)
 
     def service(self, kind: type[_S]) -> _S:
         """The one microservice of a kind."""
@@ -207,7 +171,7 @@ class MavlinkFace:
     @property
     def streamed(self) -> frozenset[int]:
         """Ids of the messages that can be streamed."""
-        return frozenset(self._builders)
+        return frozenset(self._publisher.builders)
 
     @property
     def offered(self) -> frozenset[int]:
@@ -219,20 +183,13 @@ class MavlinkFace:
 
     def sockets(self) -> list[socket.socket]:
         """Sockets that may have something to read, for select(); they change as peers come and go."""
-        return [open_socket for link, _ in self._links for open_socket in link.sockets]
+        return self._network.sockets()
 
     def receive(self, wall_time: float) -> None:
         """Take in what has arrived on all links, without waiting, and answer it. `wall_time` is monotonic [s]."""
         self.wall_time = wall_time
-        for link, _ in self._links:
-            for peer, data in link.receive(wall_time):
-                link.bytes_in += len(data)
-                scanner = peer.scanner
-                malformed = scanner.malformed
-                frames = scanner.scan(data)
-                link.malformed += scanner.malformed - malformed
-                for frame in frames:
-                    self._guarded(lambda: self._take(frame, link, peer, wall_time))  # noqa: B023  (called at once)
+        for frame, link, peer in self._network.receive(wall_time):
+            self._guarded(lambda: self._take(frame, link, peer, wall_time))  # noqa: B023  (called at once)
 
     def attend(self, wall_time: float) -> None:
         """Do what the services have set a wall time for."""
@@ -242,7 +199,7 @@ class MavlinkFace:
 
     def next_due(self) -> float:
         """Simulated time [s] at which the next periodic message is due."""
-        return min((streams.next_due_us for _, streams in self._links), default=math.inf) * 1e-6
+        return self._publisher.next_due()
 
     @property
     def next_attention(self) -> float:
@@ -253,27 +210,7 @@ class MavlinkFace:
         """Send what is due at the snapshot's time, and by wall time what is due then (the heartbeat)."""
         self.wall_time = wall_time
         self._see(snapshot)
-        now_us = self.servo_input.time_us
-        if self._caps_rates:
-            self._measure_speed(snapshot.time, wall_time)
-        is_heartbeat_due = wall_time >= self._next_heartbeat
-        if is_heartbeat_due:
-            self._keep_house(wall_time)
-        made: dict[int, tuple[MessageCodec, bytes] | None] = {}
-        for link, streams in self._links:
-            due = streams.take_due(now_us, self._stretch) if streams.next_due_us <= now_us else []
-            if is_heartbeat_due and link.spec.streams != QUIET:
-                due.insert(0, mav.MAVLINK_MSG_ID_HEARTBEAT)
-            audience = link.audience if due else ()
-            if audience:
-                for message_id in due:
-                    if message_id not in made:
-                        made[message_id] = self._made(message_id, snapshot)
-                messages = [message for message_id in due if (message := made[message_id]) is not None]
-                for peer in audience:
-                    link.deliver(peer, messages)
-        if made and self._tape is not None:
-            self._tape.sent([message for message in made.values() if message is not None])
+        self._publisher.publish(snapshot, self.servo_input.time_us, wall_time)
         if snapshot.time >= self._next_update:
             self._next_update = snapshot.time + _UPDATE_PERIOD
             for service in self._updated:
@@ -283,20 +220,18 @@ class MavlinkFace:
         """In lockstep: tell the controller the state its tick has led to (HIL_STATE_QUATERNION, HIL_SENSOR)."""
         self.wall_time = wall_time
         self._see(snapshot)
+        self._publisher.snapshot = snapshot
         if self._servo_sender is not None:
             link, peer = self._servo_sender
-            made = (self._made(message_id, snapshot) for message_id in self._hil_answer)
+            made = (self._publisher.made(message_id) for message_id in self._hil_answer)
             link.send(peer, [message for message in made if message is not None])
 
     def restarted(self) -> None:
         """The simulation has begun anew: so do streams and services."""
         self.restart_wanted = None
-        self._snapshot = None
-        self._speed_mark = None
         self._next_update = -math.inf
         self.context.restarted()
-        for _, streams in self._links:
-            streams.restart()
+        self._publisher.restarted()
         for service in self.services:
             self._guarded(service.restarted)
         self._take_system_id()
@@ -310,16 +245,13 @@ class MavlinkFace:
 
     def statistics(self) -> dict[str, dict[str, int]]:
         """Counters rx, tx, dropped, malformed, rejected of each link, by its connection string."""
-        return {link.spec.text: link.statistics() for link, _ in self._links}
+        return self._network.statistics()
 
     def close(self) -> None:
         """Let the services end, and close all links."""
         for service in self.services:
             self._guarded(service.close)
-        for link, _ in self._links:
-            link.close()
-        if self._tape is not None:
-            self._tape.close()
+        self._network.close()
         if self._owns_state:
             self.state.close()
 
@@ -333,7 +265,7 @@ class MavlinkFace:
     @property
     def links(self) -> Sequence[Link]:
         """See Exchange."""
-        return [link for link, _ in self._links]
+        return self._network.links
 
     def reply(self, sender: Sender, name: str, **fields: Any) -> bool:
         """See Exchange."""
@@ -347,7 +279,7 @@ class MavlinkFace:
     def broadcast(self, name: str, **fields: Any) -> None:
         """See Exchange."""
         packer = codec(name)
-        self._to_everybody([(packer, packer.payload_of(**fields))])
+        self._network.to_everybody([(packer, packer.payload_of(**fields))])
 
     def tell(self, sender: Sender, severity: int, text: str) -> None:
         """See Exchange."""
@@ -355,7 +287,7 @@ class MavlinkFace:
 
     def statustext(self, severity: int, text: str) -> None:
         """See Exchange."""
-        self._to_everybody(self._status_text.messages(severity, text))
+        self._network.to_everybody(self._status_text.messages(severity, text))
         if self._on_text is not None:
             self._on_text(severity, text)
 
@@ -365,7 +297,7 @@ class MavlinkFace:
 
     def telemetry(self, message_id: int) -> tuple[MessageCodec, bytes] | None:
         """See Exchange."""
-        return None if self._snapshot is None else self._made(message_id, self._snapshot)
+        return self._publisher.made(message_id)
 
     def request_stop(self) -> None:
         """See Exchange."""
@@ -379,20 +311,7 @@ class MavlinkFace:
     # -- inside --------------------------------------------------------------------------------------------------
 
     def _take(self, frame: Frame, link: Link, peer: Peer, wall_time: float) -> None:
-        message_id, system, component, payload, raw, is_known = frame
-        if system == self.system and component == self.component:
-            return  # our own words, come back over some router
-        if (
-            self.signing.is_on
-            and not self.signing.verdict(raw, system, component, message_id, trusted=link.spec.trusted).accepted
-        ):
-            link.rejected += 1
-            return
-        link.believe(peer, wall_time)
-        link.rx += 1
-        self._router.learn(frame, link, peer)
-        if self._tape is not None:
-            self._tape.received(frame)
+        message_id, system, component, payload, _, is_known = frame
         servo_handler = self._servo_handlers.get(message_id)
         if servo_handler is not None:  # between a simulator and its controller: nobody else's matter
             source = Source(system, component, link.spec.text)
@@ -402,7 +321,7 @@ class MavlinkFace:
             return
         target = targets_of(frame)
         if target != (self.system, self.component):
-            self._router.forward(frame, target, peer)
+            self._network.forward(frame, target, peer)
         if is_known and target[0] in (0, self.system) and target[1] in (0, self.component):
             served = self._handlers.get(message_id)
             if served is not None:
@@ -425,56 +344,8 @@ class MavlinkFace:
             self.statustext(mav.MAV_SEVERITY_ERROR, f"Internal error {self.internal_errors} of the MAVLink side")
 
     def _see(self, snapshot: Snapshot) -> None:
-        self._snapshot = snapshot
         self.servo_input.time_us = round(snapshot.time * 1e6)
         self.context.note(snapshot)
-
-    def _made(self, message_id: int, snapshot: Snapshot) -> tuple[MessageCodec, bytes] | None:
-        build = self._builders.get(message_id)
-        try:
-            values = None if build is None else build(snapshot, self.context)
-        except Exception:  # noqa: BLE001  (a message less, but the vehicle keeps flying)
-            self._note_error()
-            return None
-        if values is None:
-            return None
-        packer = codec_by_id(message_id)
-        return packer, packer.payload(values)
-
-    def _to_everybody(self, messages: Messages) -> None:
-        if self._tape is not None:
-            self._tape.sent(messages)
-        for link, _ in self._links:
-            if link.spec.streams != QUIET:
-                for peer in link.audience:
-                    link.deliver(peer, messages)
-
-    def _measure_speed(self, simulated: float, wall_time: float) -> None:
-        if self._speed_mark is None:
-            self._speed_mark = (wall_time, simulated)
-            return
-        elapsed = wall_time - self._speed_mark[0]
-        if elapsed >= _SPEED_WINDOW:
-            self._stretch = max(1.0, (simulated - self._speed_mark[1]) / elapsed)
-            self._speed_mark = (wall_time, simulated)
-
-    def _keep_house(self, wall_time: float) -> None:
-        """Once per heartbeat: forget silent peers, sum up what SYS_STATUS reports."""
-        self._next_heartbeat = wall_time + HEARTBEAT_PERIOD
-        for link, _ in self._links:
-            link.forget_silent(wall_time)
-        self._router.forget()
-        context, links = self.context, [link for link, _ in self._links]
-        context.received, context.malformed = sum(link.rx for link in links), sum(link.malformed for link in links)
-        context.sent, context.dropped = sum(link.tx for link in links), sum(link.dropped for link in links)
-        bytes_in, bytes_out = sum(link.bytes_in for link in links), sum(link.bytes_out for link in links)
-        before, now = self._load_mark, (time.monotonic(), time.process_time(), bytes_in, bytes_out)
-        elapsed = now[0] - before[0]
-        if elapsed > 0.0:
-            context.load, context.receive_rate, context.send_rate = (
-                (new - old) / elapsed for new, old in zip(now[1:], before[1:], strict=True)
-            )
-        self._load_mark = now
 
     def _release_servos(self, command: Command) -> int:
         source = Source(command.sender.system, command.sender.component, command.sender.link.spec.text)
