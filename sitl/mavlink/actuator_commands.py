@@ -18,6 +18,8 @@ __all__ = ["ActuatorCommands"]
 
 FIRST_MOTOR = mav.ACTUATOR_OUTPUT_FUNCTION_MOTOR1
 FIRST_SERVO = mav.ACTUATOR_OUTPUT_FUNCTION_SERVO1
+# QGroundControl sends the functions of PX4's outputs, which our actuator metadata name too, plus 1000.
+FIRST_MOTORS, FIRST_SERVOS = (FIRST_MOTOR, 1101), (FIRST_SERVO, 1201)
 PERCENT, PULSE = mav.MOTOR_TEST_THROTTLE_PERCENT, mav.MOTOR_TEST_THROTTLE_PWM
 LAST_CHANNEL = 16
 SHORTEST, LONGEST = 500, 2500  # pulse a servo could possibly be sent [us]
@@ -69,9 +71,10 @@ class ActuatorCommands(Service):
         self._move(channel, channel.from_normalised(value), seconds if seconds > 0.0 else USUAL_TEST)
 
     def _by_function(self, function: int) -> Channel | None:
-        for first, channels in ((FIRST_MOTOR, self._motors), (FIRST_SERVO, self._servos)):
-            if first <= function < first + len(channels):
-                return channels[function - first]
+        for firsts, channels in ((FIRST_MOTORS, self._motors), (FIRST_SERVOS, self._servos)):
+            for first in firsts:
+                if first <= function < first + len(channels):
+                    return channels[function - first]
         return None
 
     def _test_motors(self, command: Command) -> Running | None:
