@@ -74,6 +74,7 @@ class Simulation(Fate):
         description: where this began, in words.
         listener: told (MAV_SEVERITY, text) what the pilot is told, or None.
         watchers: called at 50 Hz of simulated time, after the flight's events.
+        pace: simulated seconds that pass in a second of those who speak to it, by which their silence is judged.
 
     Raises ScenarioError, StartError, PlanError, AircraftFileError or another ValueError, each with one line.
     """
@@ -105,6 +106,7 @@ class Simulation(Fate):
         self.autopilot = autopilot
         self.listener: Callable[[int, str], None] | None = None
         self.watchers: list[Callable[[], None]] = []
+        self.pace = 1.0
         self._design = design_for(design_aircraft or aircraft) if autopilot else None
         self._rate = rate
         self._ticks_per_update = rate // EVENTS_RATE
@@ -309,7 +311,7 @@ class Simulation(Fate):
         self.flight.offboard(setpoint)
         self._links.setpoint_received = self.time
         # At once: what asks for Offboard may come in the same moment.
-        self._links.refresh(self.flight.links, self.flight.sticks, self.time)
+        self._links.refresh(self.flight.links, self.flight.sticks, self.time, self.pace)
 
     # -- an outside controller -------------------------------------------------------------------------------------
 
@@ -342,7 +344,7 @@ class Simulation(Fate):
         if flight is not None and not airframe.controls_from_outside:
             airframe.look(self._view)
             self._send_setpoint()
-            self._links.refresh(flight.links, flight.sticks, airframe.time)
+            self._links.refresh(flight.links, flight.sticks, airframe.time, self.pace)
             flight.update(self._view)
             if flight.mission.reached:
                 self.items_reached += flight.mission.reached

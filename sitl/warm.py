@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from sitl.flight_log.flight_log import FlightLog
 from sitl.simulation import Simulation
 from vehicle_model import warm
 from vehicle_model.compiled import WARM_MARK, cache_folder, is_warm
@@ -30,6 +31,7 @@ def warm_up(report: Callable[[str], None] | None = None) -> None:
         report("compiling for this machine, once: the control laws, and designing them for the aircraft")
     for autopilot in (True, False):
         simulation = Simulation(autopilot=autopilot)
+        FlightLog(simulation, Path("logs")).close()
         simulation.record()
         simulation.advance(0.1)
         simulation.snapshot()
