@@ -78,6 +78,9 @@ class Runtime:
         self._wait_for_input = wait
         self._going = True
         self._servos_taken = 0
+        self._flown_before = self._counted_from = (
+            0.0  # simulated time before the last restart, and at its beginning [s]
+        )
         simulation.listener = face.statustext
         self._seen = simulation.snapshot()
         self._seen_tick = simulation.tick
@@ -92,7 +95,7 @@ class Runtime:
         # What the imports left need never be looked through again: a full collection would cost 90 ms of flight.
         gc.freeze()
         begin = self._clock.now()
-        begin_time = self._simulation.time
+        self._counted_from = self._simulation.time
         self._next_view = self._next_keepalive = begin
         self._next_report = begin + self._status.period
         try:
@@ -109,7 +112,7 @@ class Runtime:
         finally:
             now = self._clock.now()
             self._status.offer(self._report(now))
-            flown, took = self._simulation.time - begin_time, max(now - begin, 1e-9)
+            flown, took = self._flown_before + self._flown_now, max(now - begin, 1e-9)
             self._status.say(f"Flew {flown:.2f} s in {took:.2f} s, {flown / took:.4g} x real time")
 
     def _fly_by_clock(self) -> None:
@@ -169,15 +172,23 @@ class Runtime:
             wanted = self._face.next_attention - self._clock.now()
             self._wait_for_input(self._face.sockets(), max(min(remaining, wanted), 0.0))
 
+    @property
+    def _flown_now(self) -> float:
+        """Simulated time since the flight began, or began anew [s]."""
+        return self._simulation.time - self._counted_from
+
     def _restart(self) -> None:
         """Let the vehicle begin anew, as somebody has asked over MAVLink."""
         wanted = self._face.restart_wanted
         assert wanted is not None
+        flown = self._flown_now
         try:
             self._simulation.restart(**wanted)
         except StartError as error:
             self._face.restart_refused(str(error))
             return
+        self._flown_before += flown
+        self._counted_from = self._simulation.time
         self._seen_tick = NOT_SEEN
         self._clock.start(self._simulation.tick)
         self._face.restarted()

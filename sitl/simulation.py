@@ -171,7 +171,7 @@ class Simulation(Fate):
         environment = self._environment()
         in_the_air = isinstance(start, str) and start.startswith("trim:")
         wind_step(wind, 0.0, TRIM_HEIGHT if in_the_air else 0.0, 0.0, 0.0, environment)
-        begin = self._start(start, environment, self.scenario.home.heading)
+        begin = self._start(start, environment)
         self.description = begin.description
         self.airframe = Airframe(
             self.aircraft,
@@ -216,12 +216,12 @@ class Simulation(Fate):
         """
         begin = self._first_start if start is None else start
         if start is not None:
-            rise = 0.0 if math.isnan(height) or start == "ground" else height - TRIM_HEIGHT
-            home = self.scenario.home
             environment = self._environment()
-            direction = home.heading if math.isnan(heading) else heading
-            where = (home.latitude, home.longitude) if place is None else place
-            begin = self._start(start, environment, direction).moved(*where, rise, environment)
+            direction = math.radians(self.scenario.home.heading if math.isnan(heading) else heading)
+            height = TRIM_HEIGHT if math.isnan(height) else height
+            begin = start_at(start, self.aircraft, environment, direction, height)
+            if place is not None:
+                begin = begin.moved(*place, environment)
         before = self._flight
         self.reset(begin)
         if before is not None:
@@ -381,12 +381,11 @@ class Simulation(Fate):
             height_ellipsoid=home.altitude,
         )
 
-    def _start(self, start: "str | Path | Start | ArrayLike", environment: np.ndarray, heading: float) -> Start:
-        """A start, towards a heading [deg] unless it says that itself."""
+    def _start(self, start: "str | Path | Start | ArrayLike", environment: np.ndarray) -> Start:
         if isinstance(start, Start):
             return start
         if isinstance(start, str | Path):
-            return start_at(str(start), self.aircraft, environment, math.radians(heading))
+            return start_at(str(start), self.aircraft, environment, math.radians(self.scenario.home.heading))
         state = np.array(start, dtype=np.float64)
         if state.shape != (STATE_COUNT,):
             msg = f"start: expected a name, a file or a state of {STATE_COUNT} numbers, got an array of {state.shape}"

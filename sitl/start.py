@@ -56,14 +56,13 @@ class Start:
     controls: np.ndarray
     description: str
 
-    def moved(self, latitude: float, longitude: float, rise: float, environment: np.ndarray) -> "Start":
-        """The same start above another place of the map [deg, deg], higher by `rise` [m].
+    def moved(self, latitude: float, longitude: float, environment: np.ndarray) -> "Start":
+        """The same start above another place of the map [deg, deg].
 
         Raises StartError for a place that is none, or too far from home for the local frame's flat directions.
         """
-        if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0 and math.isfinite(rise)):
-            given = f"{latitude}, {longitude}, {rise}"
-            msg = f"start: expected a latitude and a longitude [deg] and a height [m], got {given}"
+        if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0):
+            msg = f"start: expected a latitude and a longitude [deg], got {latitude}, {longitude}"
             raise StartError(msg)
         origin = environment[0]
         height = float(origin["height_ellipsoid"])
@@ -74,14 +73,17 @@ class Start:
             raise StartError(msg)
         state = self.state.copy()
         state[POSITION : POSITION + 2] = place[:2]
-        state[POSITION + 2] += place[2] - rise
+        state[POSITION + 2] += place[2]
         return Start(state, self.controls, f"{self.description}, at {latitude:g}, {longitude:g}")
 
 
-def start_at(option: str, aircraft: "Aircraft", environment: np.ndarray, heading: float) -> Start:
+def start_at(
+    option: str, aircraft: "Aircraft", environment: np.ndarray, heading: float, height: float = TRIM_HEIGHT
+) -> Start:
     """Start of the kind named on the command line: `ground`, `trim:AIRSPEED` or the path of a file.
 
-    `environment` is one ENVIRONMENT record, `heading` that of home [rad]. Raises StartError.
+    `environment` is one ENVIRONMENT record, `heading` that of home [rad], `height` that of level flight above home [m].
+    Raises StartError.
     """
     if option == "ground":
         return standing(aircraft, environment, heading)
@@ -94,7 +96,7 @@ def start_at(option: str, aircraft: "Aircraft", environment: np.ndarray, heading
         if not 0.0 <= airspeed < math.inf:
             msg = f"{option}: expected trim:AIRSPEED with an airspeed in m/s, such as trim:20"
             raise StartError(msg)
-        return trimmed(aircraft, environment, airspeed, heading)
+        return trimmed(aircraft, environment, airspeed, heading, height)
     path = Path(option)
     if not path.is_file():
         problem = "this is a folder" if path.is_dir() else "there is no such file"

@@ -210,7 +210,7 @@ class Failsafes:
             self._faults = faults
             self._alarms.pop(Cause.ACTUATOR, None)
         self._judge(Cause.ACTUATOR, bool(faults), faults[-1].capitalize() if faults else "")
-        self._judge(Cause.ATTITUDE, self._attitude_lost(view, flying and mode != Mode.MANUAL))
+        self._judge(Cause.ATTITUDE, self._attitude_lost(view, flying and mode not in (Mode.MANUAL, Mode.TERMINATION)))
         if flying and (self._alarms or self._interrupted is not None):
             return self._react(view.time, mode)
         return NOTHING

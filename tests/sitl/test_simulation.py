@@ -327,6 +327,7 @@ def test_a_restart_keeps_what_was_uploaded_and_begins_where_it_is_told() -> None
     assert (simulation.time, flight.parameters["MIS_TAKEOFF_ALT"], flight.mission.items) == (0.0, 31.0, items)
     assert not flight.links.enforced
     assert (view.north, view.east, flight.height) == pytest.approx((150.0, 40.0, 60.0), abs=0.1)
+    assert "60 m above home" in simulation.description
     assert simulation.airframe.vehicle["rotors"]["thrust_factor"][0, 0] == 1.0
     simulation.restart()
     fresh = Simulation(start="trim:20", seed=3)
