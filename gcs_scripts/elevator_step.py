@@ -14,32 +14,32 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from typer.exceptions import TyperException
 
-from gcs_scripts.hil_vehicle import HilVehicle, VehicleError, connect
+from gcs_scripts.command_line import CONTEXT, Connect, Reach, System, Timeout, application, run
+from gcs_scripts.connection import OWN_SYSTEM, connect
+from gcs_scripts.errors import ExitCode, GroundError, LinkLostError
+from gcs_scripts.hil_vehicle import HilVehicle
 from gcs_scripts.step_response import (
     Deviation,
     Reference,
-    ReferenceFileError,
     Response,
     check_start,
     compare,
     read_reference,
     response,
-)
+)  # fmt: skip
 
 __all__ = ["Timing", "fly_in_lockstep", "fly_in_real_time", "main"]
 
 PROGRAM = "elevator_step"
 STREAM_RATE = 400.0  # [Hz] of the vehicle's time
 CONTROL_PERIOD = 0.02  # [s]; controls go out at least so often, of the vehicle's time as well as of ours
-DIFFERS, IMPOSSIBLE, WRONG_OPTION = 1, 2, 2  # exit codes
 
 
 def fly_in_lockstep(vehicle: HilVehicle, reference: Reference) -> Response:
     """Fly the step with the vehicle's time in our hands: one HIL_ACTUATOR_CONTROLS, one period.
 
-    Raises VehicleError when the vehicle does not begin as the reference does, stops, or takes other steps in time.
+    Raises GroundError when the vehicle does not begin as the reference does, stops, or takes other steps in time.
     """
     state = vehicle.state()
     check_start(state, reference)
@@ -52,7 +52,7 @@ def fly_in_lockstep(vehicle: HilVehicle, reference: Reference) -> Response:
         state = vehicle.tick(reference.outputs_after if is_stepped else reference.outputs_before, now)
         now = state.time_usec
         if abs(now - due) > 1:
-            raise VehicleError(
+            raise GroundError(
                 f"system {vehicle.system} went on to {now} us, expected {due}: is it in lockstep at"
                 f" {reference.rate:g} Hz, and are we the only one to give it servo outputs?"
             )
@@ -94,7 +94,7 @@ def fly_in_real_time(vehicle: HilVehicle, reference: Reference) -> tuple[Respons
     """Fly the step while the vehicle keeps time; the response's time is zero where the reference's is.
 
     The two are aligned by when the vehicle's SERVO_OUTPUT_RAW, its commands in force, shows the step. Raises
-    VehicleError as `fly_in_lockstep` does.
+    GroundError as `fly_in_lockstep` does.
     """
     check_start(vehicle.state(), reference)
     vehicle.stream("HIL_STATE_QUATERNION", STREAM_RATE)
@@ -122,7 +122,7 @@ def _record_in_real_time(vehicle: HilVehicle, reference: Reference) -> tuple[Res
     while now_us < end_us:
         wall = time.monotonic()
         if wall - arrivals[-1] > vehicle.timeout:
-            raise VehicleError(f"system {vehicle.system} fell silent: no state after {now_us} us")
+            raise LinkLostError(f"system {vehicle.system} fell silent: no state after {now_us} us")
         if step_sent_us is None and now_us - begin_us >= 1e6 * reference.step_time:
             outputs, step_sent_us, sent_us = reference.outputs_after, now_us, -math.inf
         if now_us - sent_us >= 1e6 * CONTROL_PERIOD or wall - sent_wall >= CONTROL_PERIOD:
@@ -144,7 +144,7 @@ def _record_in_real_time(vehicle: HilVehicle, reference: Reference) -> tuple[Res
                 step_us = held_us  # controls act from the last state that does not show them
                 end_us += step_us - begin_us - 1e6 * reference.step_time
     if step_us is None or step_sent_us is None:
-        raise VehicleError(f"system {vehicle.system} never showed the step in SERVO_OUTPUT_RAW")
+        raise GroundError(f"system {vehicle.system} never showed the step in SERVO_OUTPUT_RAW")
     flown = response(states)
     timing = Timing(flown.time, np.array(arrivals), vehicle.lost - lost, (step_us - step_sent_us) * 1e-6)
     return flown.shifted(reference.step_time - (step_us - begin_us) * 1e-6), timing
@@ -166,30 +166,33 @@ def report(deviations: Sequence[Deviation], *, judged: bool) -> str:
     return "\n".join(lines)
 
 
-_application = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+_application = application()
 
 
-@_application.command(name=PROGRAM, context_settings={"help_option_names": ["-h", "--help"]})
+@_application.command(name=PROGRAM, context_settings=CONTEXT)
 def _command(
     reference_file: Annotated[
         Path, typer.Argument(metavar="REFERENCE", help="What `python -m vehicle_model step --json` wrote.")
     ],
-    connection: Annotated[
-        str, typer.Option("--connect", metavar="LINK", help="Where the vehicle is, as pymavlink writes it.")
-    ] = "udpin:127.0.0.1:14550",
     lockstep: Annotated[
         bool, typer.Option("--lockstep", help="The vehicle waits for each of our messages; judge the flight.")
     ] = False,
     plot: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Draw the flight over the reference.")] = None,
-    sysid: Annotated[int, typer.Option(metavar="ID", min=1, max=255, help="Our MAVLink system id.")] = 255,
-    timeout: Annotated[float, typer.Option(metavar="S", min=0.1, help="Longest wait for the vehicle.")] = 10.0,
+    sysid: Annotated[int, typer.Option(metavar="ID", min=1, max=255, help="Our MAVLink system id.")] = OWN_SYSTEM,
+    link: Connect = None,
+    timeout: Timeout = None,
+    system: System = None,
 ) -> int:
     """Step the elevator of a trimmed vehicle over MAVLink and compare with the model's own time history.
 
-    Exit code 0 when the flight agrees (in real time: was flown), 1 when in lockstep it differs, 2 when there was none.
+    Exit codes: 0 the flight agrees (in real time: was flown), 1 in lockstep it differs, 2 wrong option, file or start,
+    3 the vehicle refused, 4 no vehicle or link lost, 5 no answer in time.
     """
     reference = read_reference(reference_file)
-    with connect(connection, sysid, timeout) as vehicle:
+    reach = Reach().but(link, timeout, system)
+    with connect(
+        reach.connection, timeout=reach.timeout, system=reach.system, own_system=sysid, kind=HilVehicle
+    ) as vehicle:
         if lockstep:
             flown, timing, how = fly_in_lockstep(vehicle, reference), None, "in lockstep"
         else:
@@ -209,21 +212,12 @@ def _command(
     for d in failed:
         text = f"{d.name} differs by {d.largest:.3g} {d.unit} at {d.time:.3f} s, more than {d.limit:.3g} ({d.reason})"
         print(f"{PROGRAM}: {text}", file=sys.stderr)
-    return DIFFERS if failed else 0
+    return ExitCode.DIFFERS if failed else ExitCode.DONE
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit code."""
-    try:
-        return _application(arguments, prog_name=PROGRAM, standalone_mode=False) or 0
-    except (ReferenceFileError, VehicleError, OSError) as error:
-        print(f"{PROGRAM}: {error}", file=sys.stderr)
-        return IMPOSSIBLE
-    except TyperException as error:
-        print(f"{PROGRAM}: {error.format_message()} (see --help)", file=sys.stderr)
-        return WRONG_OPTION
-    except KeyboardInterrupt:
-        return 130
+    return run(_application, PROGRAM, arguments)
 
 
 if __name__ == "__main__":

@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from gcs_scripts.hil_vehicle import VehicleError
+from gcs_scripts.errors import GroundError
 
 __all__ = [
-    "Deviation", "Reference", "ReferenceFileError", "Response", "check_start", "compare", "read_reference", "response",
+    "Deviation", "Reference", "Response", "check_start", "compare", "read_reference", "response",
 ]  # fmt: skip
 
 ANGLE_SHARE = 0.01  # theta and q may differ by this share of their largest excursion
@@ -24,10 +24,6 @@ VELOCITY_QUANTUM = 0.01  # of HIL_STATE_QUATERNION [m/s]
 START_VELOCITY = 0.5  # [m/s]; a vehicle further from the reference's beginning flies something else
 START_ALTITUDE = 5.0  # [m]: 0.05 % of the air's density
 ACTUATORS = 16
-
-
-class ReferenceFileError(ValueError):
-    """The reference file cannot be used; the text is one line that names what and where."""
 
 
 @dataclass(frozen=True)
@@ -77,49 +73,47 @@ class Deviation:
 
 
 def read_reference(path: Path) -> Reference:
-    """Read what `python -m vehicle_model step --json` wrote. Raises ReferenceFileError."""
+    """Read what `python -m vehicle_model step --json` wrote. Raises GroundError."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
-        raise ReferenceFileError(f"{path}: cannot be read as JSON: {error}") from None
+        raise GroundError(f"{path}: cannot be read as JSON: {error}") from None
     if not isinstance(content, dict):
-        raise ReferenceFileError(f"{path}: expected a JSON object, got a {type(content).__name__}")
+        raise GroundError(f"{path}: expected a JSON object, got a {type(content).__name__}")
 
     def numbers(key: str) -> np.ndarray:
         try:
             values = np.array(content[key], dtype=float)
         except KeyError:
-            raise ReferenceFileError(
-                f"{path}: {key} is missing; expected what `vehicle_model step --json` writes"
-            ) from None
+            raise GroundError(f"{path}: {key} is missing; expected what `vehicle_model step --json` writes") from None
         except (TypeError, ValueError):
             values = np.array(math.nan)
         if not np.isfinite(values).all():
-            raise ReferenceFileError(f"{path}: {key}: expected finite numbers")
+            raise GroundError(f"{path}: {key}: expected finite numbers")
         return values
 
     def scalar(key: str) -> float:
         value = numbers(key)
         if value.ndim != 0:
-            raise ReferenceFileError(f"{path}: {key}: expected one number")
+            raise GroundError(f"{path}: {key}: expected one number")
         return float(value)
 
     def row(key: str, least: int, most: float) -> np.ndarray:
         values = numbers(key)
         if values.ndim != 1 or not least <= len(values) <= most:
-            raise ReferenceFileError(f"{path}: {key}: expected a list of {least} to {most:g} numbers")
+            raise GroundError(f"{path}: {key}: expected a list of {least} to {most:g} numbers")
         return values
 
     times = row("time_s", 3, math.inf)
     rate, step_time = scalar("rate_hz"), scalar("step_time_s")
     if rate <= 0.0 or (np.diff(times) <= 0.0).any():
-        raise ReferenceFileError(f"{path}: time_s, rate_hz: expected rising times and a positive rate")
+        raise GroundError(f"{path}: time_s, rate_hz: expected rising times and a positive rate")
     if not times[0] < step_time < times[-1]:
-        raise ReferenceFileError(f"{path}: step_time_s: expected a time between {times[0]:g} and {times[-1]:g} s")
+        raise GroundError(f"{path}: step_time_s: expected a time between {times[0]:g} and {times[-1]:g} s")
     before = row("servo_outputs_before", 1, ACTUATORS)
     after = row("servo_outputs_after", len(before), len(before))
     if (before == after).all():
-        raise ReferenceFileError(f"{path}: servo_outputs_after: expected a step, got the same as servo_outputs_before")
+        raise GroundError(f"{path}: servo_outputs_after: expected a step, got the same as servo_outputs_before")
     count = len(times)
     return Reference(
         time=times,
@@ -162,12 +156,12 @@ def response(states: Sequence[Any]) -> Response:
 
 
 def check_start(state: Any, reference: Reference) -> None:
-    """Raise VehicleError unless a HIL_STATE_QUATERNION is about where the reference begins."""
+    """Raise GroundError unless a HIL_STATE_QUATERNION is about where the reference begins."""
     speed, sinking, altitude = math.hypot(state.vx, state.vy) * 1e-2, state.vz * 1e-2, state.alt * 1e-3
     wanted, sink_wanted = reference.ahead[0], reference.down[0]
     is_near = max(abs(speed - wanted), abs(sinking - sink_wanted)) <= START_VELOCITY
     if not is_near or abs(altitude - reference.altitude) > START_ALTITUDE:
-        raise VehicleError(
+        raise GroundError(
             f"the vehicle is at {altitude:.0f} m above sea level, does {speed:.2f} m/s and sinks {sinking:.2f} m/s;"
             f" the reference begins at {reference.altitude:.0f} m with {wanted:.2f} and {sink_wanted:.2f} m/s"
             f" (`vehicle_model step` takes --altitude {altitude:.0f} and --airspeed)"
