@@ -18,8 +18,6 @@ __all__ = ["SitlVehicle"]
 
 _RESET = 31011  # MAV_CMD_USER_2
 _AS_STARTED, _ON_THE_GROUND, _TRIMMED = 0.0, 1.0, 2.0
-_OUTCOME = re.compile(r"^(?:Restarted|(Not restarted)): (.*)\n", re.MULTILINE)  # what the process prints
-_LOOK = 0.01  # how often to look [s]
 _NAN = math.nan
 
 
@@ -205,20 +203,8 @@ class SitlVehicle:
         given = [_NAN if value is None else value for value in (heading, _NAN, *(place or (_NAN, _NAN)), height)]
         self._check_running()
         assert self._relay.vehicle is not None
-        said_before = len(self.log)
         with ControlChannel(self._relay.vehicle, self.system_id) as control:
             control.command(_RESET, (kind, airspeed, *given), timeout)
-        # Accepted is not done: where it cannot fly as asked is found out when it tries, and told in words.
-        end = time.monotonic() + timeout
-        while (outcome := _OUTCOME.search(self.log, said_before)) is None:
-            self._check_running()
-            if time.monotonic() > end:
-                msg = f"reset: accepted, but not done within {timeout:g} s"
-                raise SitlError(msg)
-            time.sleep(_LOOK)
-        if outcome[1]:
-            msg = f"reset: {outcome[2]}"
-            raise SitlError(msg)
 
     def _check_running(self) -> None:
         if self._process is None:
