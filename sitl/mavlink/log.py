@@ -33,7 +33,8 @@ SHARE = 16_000  # that all clients together are sent in one turn: a millisecond'
 BURST = 64_000  # [bytes]
 FASTEST, SLOWEST = 9e6, 0.25e6  # that a client is sent [bytes/s]
 UNKNOWN = 4e6  # as long as nothing is known of it [bytes/s]; a stream holds up who is too fast by itself
-SLOWER, FASTER = 0.5, 1.05  # times as fast, after gaps and after each QUIET time without any
+USUAL_LOSS = 0.03  # share of what was sent that says nothing about the rate
+SLOWER, FASTER = 0.5, 1.2  # times as fast, after gaps and after each QUIET time without any
 QUIET = 0.5  # [s]
 GAPS = 4 << 20  # that may wait behind each other [bytes]
 MOST_RANGES = 256
@@ -74,6 +75,7 @@ class _Client:
         self.asked: deque[tuple[int, int]] = deque(maxlen=MOST_RANGES)  # parts of it, [begin, end), at the present rate
         self.rate = FASTEST if sender.link.spec.kind.startswith("tcp") else UNKNOWN
         self.credit = float(BURST)  # that may be sent now [bytes]
+        self.sent = self.lost = 0  # and asked for again, at the present rate [bytes]
         self.is_flowing = False  # in a burst
         self.earned = 0.0  # when credit was given [s]
         self.resumes = 0.0  # when its socket is tried again [s]
@@ -92,22 +94,26 @@ class _Client:
         self.is_flowing = self.is_flowing or self.credit >= min(BURST, max(left, 1))
 
     def note_request(self, wanted: _Range, now: float) -> None:
-        """Slower from now on if it was sent this already, at the present rate, and has not got it.
+        """Slower from now on if it was sent much of this already, at the present rate, and has not got it.
 
-        From the beginning it is another download.
+        A little is always lost on some links, at any rate. From the beginning it is another download.
         """
         begin, end = wanted.offset, wanted.end
         if begin == 0:
             self.asked.clear()
         elif any(begin < asked_end and asked_begin < end for asked_begin, asked_end in self.asked):
-            self.asked.clear()
-            self.rate = max(SLOWER * self.rate, SLOWEST)
-            self.rated = now
+            self.lost += end - begin
+            if self.lost > USUAL_LOSS * self.sent:
+                self.asked.clear()
+                self.rate = max(SLOWER * self.rate, SLOWEST)
+                self.rated = now
+                self.sent = self.lost = 0
         self.asked.append((begin, end))
 
     def spend(self, size: int) -> None:
         """So many bytes are sent; the burst ends when there is no credit left."""
         self.credit -= size
+        self.sent += size
         self.is_flowing = self.credit > 0.0
 
     def stop(self) -> None:
