@@ -137,6 +137,8 @@ def _vehicle(options: "Options", status: Status) -> Simulation:
     if options.autopilot and options.speed == math.inf:
         # Wall time says nothing about how long a link has been silent when time runs as fast as it can.
         simulation.flight.links.enforced = simulation.scenario.links_enforced
+    if options.speed < math.inf:
+        simulation.pace = options.speed
     simulation.airframe.advance(0)
     simulation.snapshot()
     return simulation

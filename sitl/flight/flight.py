@@ -110,14 +110,16 @@ class Flight(Rules):
     def takeoff(self, height: float | None = None) -> None:
         """Climb to a height [m] above where the vehicle stands, by default MIS_TAKEOFF_ALT; once armed, if it is not.
 
-        In flight: Hold. Raises Refused for a height that is too low or higher than the fence allows.
+        In flight: Hold, but a take-off under way goes on. Raises Refused for a height that is none, too low or higher
+        than the fence allows.
         """
         self._check_not_terminated()
-        if height is not None and not (math.isfinite(height) and height >= LOWEST):
+        if height is not None and not (math.isfinite(height) and (height >= LOWEST or self.flying)):
             msg = f"take-off height: expected at least {LOWEST:g} m, got {height:g}"
             raise Refused(msg)
         if self.flying:
-            self._take(Mode.HOLD)
+            if self.mode != Mode.TAKEOFF:
+                self._take(Mode.HOLD)
             return
         climb = self.parameters["MIS_TAKEOFF_ALT"] if height is None else height
         self._check_ceiling(self.view.down - climb)
@@ -145,13 +147,15 @@ class Flight(Rules):
     # Regime.
 
     def transition(self, cruise: bool) -> None:
-        """Go on wing-borne, or hovering, in the present mode; from a take-off or landing into Hold.
+        """Go on wing-borne, or hovering, in the present mode, as it may already; from a take-off or landing into Hold.
 
         Raises Refused on the ground, too low, in a wind that does not allow it, or with a tilt that does not move.
         """
         self._check_flying("make a transition")
         self._check_transition(cruise)
         if self.mode not in (Mode.TAKEOFF, Mode.LAND):
+            if self._behaviour.cruise == cruise and not self.mode.by_sticks:
+                return
             self._behaviour.fly(self.view, cruise)
         elif cruise:
             self._take(Mode.HOLD)

@@ -47,6 +47,12 @@ class MotionSetpoint:
             msg = "offboard setpoint: expected a height or a vertical speed, got neither"
             raise ValueError(msg)
 
+    @property
+    def is_place(self) -> bool:
+        """It asks for a point to be at, and for nothing on the way there."""
+        moves = self.velocity is not None or self.acceleration is not None or self.down_rate is not None
+        return self.position is not None and self.down is not None and not moves
+
 
 @dataclass(frozen=True, slots=True)
 class AttitudeSetpoint:

@@ -2,7 +2,9 @@
 
 https://mavlink.io/en/services/command.html. Other microservices register the commands they serve; a command nobody
 has registered is answered UNSUPPORTED. A retransmission (COMMAND_LONG with a confirmation count) is acknowledged as the
-first one was and not carried out again. What takes time is acknowledged IN_PROGRESS until it is done or cancelled.
+first one was and not carried out again, and so is a frame that the network has brought twice; but a message asked for
+is sent again, for it is lost as easily as the acknowledgement. What takes time is acknowledged IN_PROGRESS until it is
+done or cancelled; given anew meanwhile it is TEMPORARILY_REJECTED.
 """
 
 import math
@@ -15,12 +17,23 @@ from sitl.mavlink.service import Exchange, Handler, Sender, Service
 
 __all__ = ["Command", "CommandHandler", "CommandService", "Running", "whole_number"]
 
+# Commands whose fifth and sixth parameter are a place: a COMMAND_INT brings it in 1e-7 degrees or 1e-4 metres. In all
+# others these are numbers like the rest.
+LOCATED = frozenset(
+    number for number, entry in mav.enums["MAV_CMD"].items() if entry.has_location or number == mav.MAV_CMD_USER_2
+)
 UNSET = 0x7FFFFFFF  # INT32_MAX: a place that is not given
 LOCAL_FRAMES = frozenset({
     mav.MAV_FRAME_LOCAL_NED, mav.MAV_FRAME_LOCAL_ENU, mav.MAV_FRAME_LOCAL_OFFSET_NED, mav.MAV_FRAME_BODY_NED,
     mav.MAV_FRAME_BODY_OFFSET_NED, mav.MAV_FRAME_BODY_FRD, mav.MAV_FRAME_LOCAL_FRD, mav.MAV_FRAME_LOCAL_FLU,
 })  # fmt: skip
-SAME_COMMAND = 30.0  # a retransmission comes within this time of the first one [s], wall time
+QUESTIONS = frozenset({
+    mav.MAV_CMD_REQUEST_MESSAGE, mav.MAV_CMD_GET_MESSAGE_INTERVAL, mav.MAV_CMD_GET_HOME_POSITION,
+    mav.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES, mav.MAV_CMD_REQUEST_PROTOCOL_VERSION,
+    mav.MAV_CMD_REQUEST_FLIGHT_INFORMATION, mav.MAV_CMD_REQUEST_STORAGE_INFORMATION,
+})  # fmt: skip
+NEXT_TRY = 5.0  # a client tries again within this time, and counts its tries: QGroundControl waits 3 s [s], wall time
+SAME_FRAME = 0.5  # and so soon a frame that a network duplicates; later its number may be another frame's
 REPEAT_PERIOD = 1.0  # of IN_PROGRESS [s], wall time: senders wait some seconds for the next
 PROGRESS_UNKNOWN = 255
 MOST_REMEMBERED = 64  # senders and commands
@@ -29,8 +42,8 @@ MOST_REMEMBERED = 64  # senders and commands
 class Command(NamedTuple):
     """A command addressed to us. Any parameter may be NaN, which means unset.
 
-    A COMMAND_INT's fifth and sixth parameter are degrees, or metres in a local frame, and its frame is given;
-    a COMMAND_LONG has none (None).
+    Where the fifth and sixth parameter are a place they are degrees, or metres in a local frame. The frame is that of a
+    COMMAND_INT; a COMMAND_LONG has none (None).
     """
 
     id: int
@@ -78,7 +91,7 @@ CommandHandler = Callable[[Command], "int | Running | None"]
 
 
 class _Served(NamedTuple):
-    """The latest command of one kind from one sender, and what was answered."""
+    """The latest command of one kind from one sender, when it was heard last, and what was answered."""
 
     command: Command
     time: float
@@ -107,17 +120,18 @@ class CommandService(Service):
         }
 
     def restarted(self) -> None:
-        """See Service: what was under way is over."""
+        """See Service: what was under way is over. The rest is remembered: no restart for a retransmission of one."""
         for served in self._served.values():
             if isinstance(served.answer, Running):
                 served.answer.finish(mav.MAV_RESULT_FAILED)
-        self._served.clear()
 
     def _on_command_long(self, message: Any, sender: Sender) -> None:
         self._serve(Command(message.command, tuple(message[4:11]), None, message.confirmation, sender))
 
     def _on_command_int(self, message: Any, sender: Sender) -> None:
-        scale = 1e-4 if message.frame in LOCAL_FRAMES else 1e-7
+        scale = 1.0
+        if message.command in LOCATED:
+            scale = 1e-4 if message.frame in LOCAL_FRAMES else 1e-7
         x, y = (math.nan if value == UNSET else value * scale for value in (message.x, message.y))
         params = (message.param1, message.param2, message.param3, message.param4, x, y, message.z)
         self._serve(Command(message.command, params, message.frame, 0, sender))
@@ -126,11 +140,10 @@ class CommandService(Service):
         key = (command.sender.system, command.sender.component, command.id)
         now = self.exchange.wall_time
         before = self._served.get(key)
-        if before is not None and now - before.time < SAME_COMMAND:
+        if before is not None and command.id not in QUESTIONS:
             running = isinstance(before.answer, Running) and before.answer.result is None
-            same = _same(command.params, before.command.params)
-            if same and (running or command.confirmation > before.command.confirmation):
-                self._served[key] = before._replace(command=command)
+            if _is_again(command, before, now, running=running):
+                self._served[key] = before._replace(command=command, time=now)
                 self._acknowledge(command, before.answer)
                 return
             if running:
@@ -191,6 +204,17 @@ class CommandService(Service):
 def whole_number(param: float) -> int | None:
     """A parameter that should hold a whole number; None if it holds something else (NaN for unset, most often)."""
     return int(param) if math.isfinite(param) and param == int(param) else None
+
+
+def _is_again(command: Command, before: _Served, now: float, *, running: bool) -> bool:
+    """Whether a command is one that was served, come again: a retransmission, or one frame brought twice."""
+    if not _same(command.params, before.command.params):
+        return False
+    elapsed, tries = now - before.time, command.confirmation - before.command.confirmation
+    one, other = command.sender, before.command.sender
+    is_copy = tries == 0 and elapsed < SAME_FRAME and (one.sequence, one.peer) == (other.sequence, other.peer)
+    # A COMMAND_INT cannot say that it is a retransmission.
+    return is_copy or (running and (tries > 0 or command.frame is not None)) or 0.0 <= elapsed < tries * NEXT_TRY
 
 
 def _same(first: tuple[float, ...], second: tuple[float, ...]) -> bool:

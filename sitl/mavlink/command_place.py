@@ -10,6 +10,7 @@ from typing import NamedTuple
 from sitl.flight.flight import Flight
 from sitl.flight.mission_items import Frame
 from sitl.mavlink.command import Command
+from sitl.mavlink.local_origin import LocalOrigin
 
 __all__ = ["FrameError", "MapPlace", "altitude_above_sea", "place_in"]
 
@@ -31,18 +32,21 @@ class MapPlace(NamedTuple):
         return math.isnan(self.latitude) or math.isnan(self.longitude)
 
 
-def place_in(command: Command, flight: Flight) -> MapPlace:
-    """The place of a command; both coordinates zero are none, as most ground stations send it. Raises FrameError."""
+def place_in(command: Command, flight: Flight, origin: LocalOrigin) -> MapPlace:
+    """The place of a command; zeros are none on the map, as most ground stations send it.
+
+    Local coordinates count from `origin`. Raises FrameError.
+    """
     x, y, z = command.params[4:7]
     frame = _frame(command)
     if frame == Frame.LOCAL_NED:
+        north, east, down = origin.meant(x, y, z)
         if math.isnan(x) or math.isnan(y):
-            return MapPlace(math.nan, math.nan, flight.places.altitude - z)
-        view = flight.view
-        return MapPlace(*flight.places.to_geodetic(x, y, view.down if math.isnan(z) else z))
+            return MapPlace(math.nan, math.nan, flight.places.altitude - down)
+        return MapPlace(*flight.places.to_geodetic(north, east, flight.view.down if math.isnan(z) else down))
     altitude = altitude_above_sea(z, frame, flight)
     if x == 0.0 and y == 0.0:
-        return MapPlace(math.nan, math.nan, altitude)
+        return MapPlace(math.nan, math.nan, math.nan if z == 0.0 else altitude)
     return MapPlace(x, y, altitude)
 
 

@@ -9,6 +9,7 @@ from sitl.flight.flight import Flight
 from sitl.hil.magnetic_field import MagneticField
 from sitl.mavlink.flight_record import FlightRecord
 from sitl.mavlink.guidance import Guidance
+from sitl.mavlink.local_origin import LocalOrigin
 from sitl.simulation import Simulation
 from sitl.snapshot import Snapshot
 from vehicle_model.aircraft import Channel
@@ -34,6 +35,7 @@ class Context:
     unix_epoch: float  # UTC at simulated time zero [s since 1970]
     magnetic_field: MagneticField
     guidance: Guidance
+    origin: LocalOrigin
     record: FlightRecord = field(default_factory=FlightRecord)
     free_pulses: dict[int, int] = field(default_factory=dict[int, int])  # [us], of channels that the aircraft has not
     home_altitude_msl: float | None = None  # None until the first snapshot
@@ -65,6 +67,7 @@ class Context:
     def restarted(self) -> None:
         """The vehicle has begun anew, maybe elsewhere."""
         self._judged_at = -math.inf
+        self.origin.restarted()
         self.home_altitude_msl = None
         self.tilt_direction = -1
         self.record = FlightRecord()
@@ -95,6 +98,7 @@ def context_for(simulation: Simulation, unix_epoch: float) -> Context:
         unix_epoch=unix_epoch,
         magnetic_field=MagneticField(unix_epoch),
         guidance=Guidance(simulation),
+        origin=LocalOrigin(simulation.scenario.home),
     )
 
 

@@ -41,7 +41,6 @@ KNOWN = (
 COVARIANCE_6 = (0.0,) * 36
 UPPER_TRIANGLE_6 = (0.0,) * 21
 SURE = 100  # [%]
-NO_RESETS = 0
 MEASURED_ZERO = 1e-5  # 0 would mean that nobody knows it
 
 
@@ -55,19 +54,19 @@ def ekf_status_report(_: Snapshot, __: Context) -> tuple[Any, ...]:
     return (KNOWN, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-def odometry(snapshot: Snapshot, _: Context) -> tuple[Any, ...]:
+def odometry(snapshot: Snapshot, context: Context) -> tuple[Any, ...]:
     """ODOMETRY: position in local NED [m], attitude, velocity and rates in body axes [m/s, rad/s]."""
     return (
         boot_us(snapshot),
         mav.MAV_FRAME_LOCAL_NED,
         mav.MAV_FRAME_BODY_FRD,
-        *snapshot.position_ned,
+        *context.origin.seen(*snapshot.position_ned),
         *snapshot.quaternion,
         *in_body_axes(snapshot.velocity_ned, snapshot.quaternion),
         *snapshot.rates,
         *UPPER_TRIANGLE_6,
         *UPPER_TRIANGLE_6,
-        NO_RESETS,
+        context.origin.moves & 0xFF,  # resets of the estimate
         mav.MAV_ESTIMATOR_TYPE_AUTOPILOT,
         SURE,
     )

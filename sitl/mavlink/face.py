@@ -11,12 +11,13 @@ import traceback
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Final, Self, TypeVar
 
+from sitl.flight_log.flight_log import FlightLog, rate_for
 from sitl.hil.servo_input import ServoInput, Source
 from sitl.mavlink.codec import MessageCodec, codec
 from sitl.mavlink.command import Command, CommandService
 from sitl.mavlink.context import context_for
 from sitl.mavlink.dialect import tiltwing as mav
-from sitl.mavlink.frames import Frame
+from sitl.mavlink.frames import Frame, sequence_of
 from sitl.mavlink.identity import PX4, Identity
 from sitl.mavlink.links import Link, LinkSpec, Peer
 from sitl.mavlink.message_interval import MessageIntervalService
@@ -53,6 +54,7 @@ class MavlinkFace:
         system, component: our ids.
         services: the microservices.
         context: what telemetry knows beside the snapshot.
+        log: of the flight, kept while armed.
         restart_wanted: arguments for `Simulation.restart` that somebody has asked for, or None.
         stop_wanted: somebody has asked for the end of the process.
         internal_errors: how often a service failed at something; the vehicle flies on.
@@ -108,7 +110,7 @@ class MavlinkFace:
         self.state = StateFolder() if state is None else state
         self._owns_state = state is None
         self.restart_wanted: dict[str, Any] | None = None
-        self._on_refused: Callable[[], None] | None = None
+        self._on_refused: Callable[[str], None] | None = None
         self.stop_wanted = False
         self.internal_errors = 0
         self.context = context_for(simulation, time.time() if unix_epoch is None else unix_epoch)
@@ -122,6 +124,7 @@ class MavlinkFace:
             self._network, identity, self.context, self._note_error, speed=speed, lockstep=lockstep
         )
         self._servo_sender: tuple[Link, Peer] | None = None
+        self.log = FlightLog(simulation, self.state.logs, rate=rate_for(speed), unix_epoch=self.context.unix_epoch)
         self.servo_input = ServoInput(
             simulation.aircraft.channels,
             self.statustext,
@@ -155,6 +158,7 @@ class MavlinkFace:
         """Have the system id that was given, or that the parameters say at every beginning."""
         self.system = self._given_system or self.service(ParameterService).system_id or 1
         self._network.set_system(self.system)
+        self.log.system = self.system
 
     def service(self, kind: type[_S]) -> _S:
         """The one microservice of a kind."""
@@ -239,9 +243,8 @@ class MavlinkFace:
     def restart_refused(self, reason: str) -> None:
         """The simulation cannot begin as somebody has asked: everything is as before."""
         self.restart_wanted = None
-        self.statustext(mav.MAV_SEVERITY_WARNING, f"Not restarted: {reason}")
         if self._on_refused is not None:
-            self._on_refused()
+            self._on_refused(f"not restarted: {reason}")
 
     def statistics(self) -> dict[str, dict[str, int]]:
         """Counters rx, tx, dropped, malformed, rejected of each link, by its connection string."""
@@ -252,6 +255,7 @@ class MavlinkFace:
         for service in self.services:
             self._guarded(service.close)
         self._network.close()
+        self.log.close()
         if self._owns_state:
             self.state.close()
 
@@ -288,6 +292,7 @@ class MavlinkFace:
     def statustext(self, severity: int, text: str) -> None:
         """See Exchange."""
         self._network.to_everybody(self._status_text.messages(severity, text))
+        self.log.text(severity, text)
         if self._on_text is not None:
             self._on_text(severity, text)
 
@@ -303,7 +308,7 @@ class MavlinkFace:
         """See Exchange."""
         self.stop_wanted = True
 
-    def request_restart(self, refused: Callable[[], None] | None = None, **how: Any) -> None:
+    def request_restart(self, refused: Callable[[str], None] | None = None, **how: Any) -> None:
         """See Exchange."""
         self.restart_wanted = how
         self._on_refused = refused
@@ -311,7 +316,7 @@ class MavlinkFace:
     # -- inside --------------------------------------------------------------------------------------------------
 
     def _take(self, frame: Frame, link: Link, peer: Peer, wall_time: float) -> None:
-        message_id, system, component, payload, _, is_known = frame
+        message_id, system, component, payload, raw, is_known = frame
         servo_handler = self._servo_handlers.get(message_id)
         if servo_handler is not None:  # between a simulator and its controller: nobody else's matter
             source = Source(system, component, link.spec.text)
@@ -326,7 +331,7 @@ class MavlinkFace:
             served = self._handlers.get(message_id)
             if served is not None:
                 packer, handler = served
-                handler(packer.read(payload), Sender(system, component, link, peer))
+                handler(packer.read(payload), Sender(system, component, link, peer, sequence_of(raw)))
 
     def _guarded(self, call: Callable[[], None]) -> None:
         """Whatever a service does wrong, the vehicle keeps flying and says so."""

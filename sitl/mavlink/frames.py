@@ -8,7 +8,7 @@ from fastcrc.crc16 import mcrf4xx
 from sitl.mavlink.codec import MAGIC_V1, MAGIC_V2
 from sitl.mavlink.dialect import tiltwing
 
-__all__ = ["Frame", "FrameScanner"]
+__all__ = ["Frame", "FrameScanner", "sequence_of"]
 
 _SIGNED = 0x01
 _SIGNATURE = 13
@@ -111,6 +111,11 @@ class FrameScanner:
             return None
         whole = data[payload : payload + data[start + 1]]
         return Frame(message, data[sender], data[sender + 1], whole, data[start:end], is_known=False)
+
+
+def sequence_of(raw: bytes) -> int:
+    """Sequence number of a whole frame."""
+    return raw[4] if raw[0] == MAGIC_V2 else raw[2]
 
 
 def _places(data: bytes, start: int) -> tuple[int, int, int]:

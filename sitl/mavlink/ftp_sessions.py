@@ -26,7 +26,7 @@ SESSIONS: Final = 32  # of all together
 CLIENTS: Final = 64
 MEMORIES: Final = 64  # session numbers of one client that are remembered
 LONG_SILENT: Final = 30.0  # a session nobody asks anything of for so long may be given to another [s], wall time
-RETRANSMITTED: Final = 5.0  # a retransmission of the latest request comes within this time [s]
+RETRANSMITTED: Final = 5.0  # a retransmission of the latest request comes within this time of the last one [s]
 DELAYED: Final = 1.5  # and what the network delays or doubles within this [s]
 OVERTAKEN: Final = 64  # most requests that can overtake another
 PATIENCE: Final = 0.3  # who asks again for the same thing after so long has not heard the answer [s]
@@ -99,6 +99,7 @@ class Conversation:
             return None
         latest = self._answered[-1]
         if latest.request == request and now - latest.time < RETRANSMITTED:
+            self._answered[-1] = latest._replace(time=now)
             return latest.answer
         if request.opcode in CHANGES:
             for request_before, time, answer in reversed(self._answered):

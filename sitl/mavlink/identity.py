@@ -46,6 +46,9 @@ class Identity:
         takeoff_above_home: a take-off command without a frame names a height above home, not above sea level.
         mission_always_continues: an item's autocontinue has no meaning, and clients leave it at zero.
         guided: number of the mode in which setpoints are flown as they come, None if a mode has to be entered first.
+        force_arm: the number that overrides the checks of arming.
+        calibrates_by_hand: the pilot says when the vehicle lies as its calibration wants it to.
+        active_means_flying: the heartbeat says "active" in flight only; else as soon as the motors may turn.
         streams: by the name of a link's stream set, the name of the rates that it means.
     """
 
@@ -59,6 +62,9 @@ class Identity:
     takeoff_above_home: bool = False
     mission_always_continues: bool = False
     guided: int | None = None
+    force_arm: float = 21196.0
+    calibrates_by_hand: bool = False
+    active_means_flying: bool = False
     streams: Mapping[str, str] = field(default_factory=dict[str, str])
 
     def entry(self, number: int) -> ModeNumber | None:
@@ -131,6 +137,9 @@ ARDUPILOT = Identity(
     takeoff_above_home=True,
     mission_always_continues=True,
     guided=15,
+    force_arm=2989.0,
+    calibrates_by_hand=True,
+    active_means_flying=True,
     streams={"normal": "ardupilot", "onboard": "ardupilot"},
 )
 
@@ -141,6 +150,7 @@ GENERIC = Identity(
     modes=tuple(
         ModeNumber(entry.modes[0] + 1, entry.name, entry.modes, entry.standard, entry.properties) for entry in PX4.modes
     ),
+    bytewise_parameters=True,  # as ground stations have it for all but ArduPilot
 )
 
 IDENTITIES: Mapping[str, Identity] = {identity.name: identity for identity in (PX4, ARDUPILOT, GENERIC)}

@@ -1,7 +1,7 @@
 """Manual control: a pilot's sticks, as MANUAL_CONTROL or as RC_CHANNELS_OVERRIDE.
 
 https://mavlink.io/en/services/manual_control.html. One sender has the sticks until it has been silent for
-COM_RC_LOSS_T; what others send meanwhile is ignored.
+COM_RC_LOSS_T, by the pilot's own clock; what others send meanwhile is ignored.
 """
 
 import math
@@ -93,8 +93,8 @@ class ManualControlService(Service):
         parameters = simulation.flight.parameters
         if parameters["COM_RC_IN_MODE"] == NO_STICKS:
             return False
-        silent = simulation.time - self._heard > parameters["COM_RC_LOSS_T"]
-        return silent or self._pilot in (None, (sender.system, sender.component))
+        silent = (simulation.time - self._heard) / simulation.pace
+        return silent > parameters["COM_RC_LOSS_T"] or self._pilot in (None, (sender.system, sender.component))
 
 
 def _stick(value: int) -> float:

@@ -1,6 +1,6 @@
-"""Who we are and what we speak: AUTOPILOT_VERSION and PROTOCOL_VERSION.
+"""Who we are and what we speak: AUTOPILOT_VERSION and PROTOCOL_VERSION, and the same in words.
 
-https://mavlink.io/en/guide/mavlink_version.html. Both are sent on request only.
+https://mavlink.io/en/guide/mavlink_version.html. All are sent on request only.
 """
 
 import hashlib
@@ -10,10 +10,12 @@ from collections.abc import Mapping
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import Any
 
+from sitl.mavlink.command import Command, CommandHandler
 from sitl.mavlink.dialect import tiltwing as mav
 from sitl.mavlink.identity import Identity
-from sitl.mavlink.service import Requestable, Service
+from sitl.mavlink.service import Handler, Requestable, Sender, Service
 
 __all__ = ["MavlinkVersionService", "autopilot_version", "protocol_version"]
 
@@ -74,7 +76,15 @@ def protocol_version() -> dict[str, object]:
 
 
 class MavlinkVersionService(Service):
-    """Both messages, on request."""
+    """Both messages, on request, also by ArduPilot's older AUTOPILOT_VERSION_REQUEST; DO_SEND_BANNER."""
+
+    def messages(self) -> Mapping[str, Handler]:
+        """See Service."""
+        return {"AUTOPILOT_VERSION_REQUEST": self._on_version_request}
+
+    def commands(self) -> Mapping[int, CommandHandler]:
+        """See Service."""
+        return {mav.MAV_CMD_DO_SEND_BANNER: self._send_banner}
 
     def requestable(self) -> Mapping[str, Requestable]:
         """See Service."""
@@ -83,6 +93,19 @@ class MavlinkVersionService(Service):
             "AUTOPILOT_VERSION": lambda _: [autopilot_version(exchange.system, exchange.identity)],
             "PROTOCOL_VERSION": lambda _: [protocol_version()],
         }
+
+    def _on_version_request(self, _: Any, sender: Sender) -> None:
+        fields = autopilot_version(self.exchange.system, self.exchange.identity)
+        self.exchange.reply(sender, "AUTOPILOT_VERSION", **fields)
+
+    def _send_banner(self, command: Command) -> None:
+        """Say in words who we are."""
+        lines = (
+            f"tiltwing-sitl V{_own_version()} ({_model_hash().hex()[:8]})",
+            f"Frame: {self.exchange.simulation.aircraft.name}",
+        )
+        for line in lines:
+            self.exchange.tell(command.sender, mav.MAV_SEVERITY_INFO, line)
 
 
 def _own_version() -> str:

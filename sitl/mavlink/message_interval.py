@@ -128,8 +128,10 @@ class MessageIntervalService(Service):
     def _set_interval(self, command: Command) -> None:
         message_id, interval = whole_number(command.params[0]), command.params[1]
         if message_id == mav.MAVLINK_MSG_ID_HEARTBEAT:
-            msg = "message interval: the heartbeat's is fixed"
-            raise Refused(msg)
+            if interval not in (0.0, HEARTBEAT_PERIOD * 1e6):
+                msg = f"message interval: the heartbeat's is {HEARTBEAT_PERIOD:g} s, got {interval * 1e-6:g} s"
+                raise Refused(msg)
+            return
         if message_id not in self.streamed:
             msg = f"message interval: no message {command.params[0]:g} is streamed here"
             raise Refused(msg)

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from typing import Final
 
 from sitl.flight.refused import Refused
+from sitl.mavlink.ardupilot_calibration import ArduPilotCalibration
 from sitl.mavlink.command import Command, CommandHandler, Running, whole_number
 from sitl.mavlink.dialect import tiltwing as mav
 from sitl.mavlink.service import Exchange, Service
@@ -22,16 +23,24 @@ FORCE = 20190226.0  # the number that overrides the check of a reboot
 STAGES = 10  # of a calibration
 STAGE = 0.2  # time that each takes [s], wall time
 TEXTS_VERSION = 2
+SIX_SIDES = 1.0  # fifth parameter of PREFLIGHT_CALIBRATION: the accelerometer, in full
 SIDES = ("back", "front", "left", "right", "up", "down")
 
 
 class PreflightService(Service):
     """What is done before a flight."""
 
-    def __init__(self, exchange: Exchange, report_health: Callable[[], None]) -> None:
-        """Serve through `exchange`; `report_health` tells the result of checks as events."""
+    def __init__(
+        self, exchange: Exchange, report_health: Callable[[], None], by_hand: ArduPilotCalibration | None = None
+    ) -> None:
+        """Serve through `exchange`.
+
+        `report_health` tells the result of checks as events. `by_hand` calibrates what the pilot has to lay on all its
+        sides, if he is to say himself when it lies so.
+        """
         super().__init__(exchange)
         self._report_health = report_health
+        self._by_hand = by_hand
         self._calibration: Running | None = None
         self._restarting: Running | None = None
 
@@ -72,8 +81,13 @@ class PreflightService(Service):
         if sensor is None:  # all zero means: stop
             if self._calibration is not None:
                 self._calibration.cancelled()
+            if self._by_hand is not None:
+                self._by_hand.cancel()
             return None
         self._check_disarmed("calibration")
+        if self._by_hand is not None and command.params[4] == SIX_SIDES:
+            self._by_hand.start_accelerometer(command.sender)
+            return None
         if self._calibration is not None and self._calibration.result is None:
             msg = "no calibration: another one is under way"
             raise Refused(msg, temporary=True)
@@ -143,8 +157,13 @@ class PreflightService(Service):
             msg = "restart: expected a heading, latitude, longitude [deg] and height [m] or NaN, got an infinite number"
             raise Refused(msg)
         running = self._restarting = Running()
+
+        def refused(reason: str) -> None:
+            self.exchange.tell(command.sender, mav.MAV_SEVERITY_WARNING, reason)
+            running.finish(mav.MAV_RESULT_FAILED)
+
         self.exchange.request_restart(
-            refused=lambda: running.finish(mav.MAV_RESULT_FAILED),
+            refused=refused,
             start=(None, "ground", f"trim:{airspeed:g}")[kind],
             heading=heading,
             place=None if math.isnan(latitude) or math.isnan(longitude) else (latitude, longitude),

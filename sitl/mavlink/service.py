@@ -6,6 +6,7 @@ behind an in-memory link as well as behind sockets.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from sitl.mavlink.links import Link, Peer
@@ -23,13 +24,18 @@ if TYPE_CHECKING:
 __all__ = ["Builder", "Exchange", "Handler", "Request", "Requestable", "Sender", "Service"]
 
 
-class Sender(NamedTuple):
-    """Where a message came from and where an answer goes."""
+@dataclass(frozen=True, slots=True)
+class Sender:
+    """Where a message came from and where an answer goes.
+
+    `sequence` is the number of the frame that brought it: no part of who it is from.
+    """
 
     system: int
     component: int
     link: Link
     peer: Peer
+    sequence: int = field(default=0, compare=False)
 
 
 class Request(NamedTuple):
@@ -105,10 +111,10 @@ class Exchange(Protocol):
         """A streamed message as it would be sent now; None if there is no such message or nothing to tell."""
         ...
 
-    def request_restart(self, refused: Callable[[], None] | None = None, **how: Any) -> None:
+    def request_restart(self, refused: Callable[[str], None] | None = None, **how: Any) -> None:
         """Let the vehicle begin anew once this turn is over, as Simulation.restart does with these arguments.
 
-        `refused` is called if it cannot be; everybody is told why.
+        `refused` is told why it cannot be, if it cannot.
         """
         ...
 

@@ -3,14 +3,19 @@
 from typing import TYPE_CHECKING
 
 from sitl.mavlink.actuator_commands import ActuatorCommands
+from sitl.mavlink.ardupilot_calibration import ArduPilotCalibration
 from sitl.mavlink.command import CommandService
 from sitl.mavlink.component_metadata import ComponentMetadataService
 from sitl.mavlink.events import EventsService
+from sitl.mavlink.external_estimates import ExternalEstimates
 from sitl.mavlink.failure_injection import FailureInjectionService
 from sitl.mavlink.flight_commands import FlightCommands
 from sitl.mavlink.ftp import FtpService
 from sitl.mavlink.ftp_mounts import standard_mounts
 from sitl.mavlink.high_latency import HighLatencyService
+from sitl.mavlink.home_position import HomePositionService
+from sitl.mavlink.log import LogService
+from sitl.mavlink.logging_stream import LoggingStreamService
 from sitl.mavlink.manual_control import ManualControlService
 from sitl.mavlink.mavlink_version import MavlinkVersionService
 from sitl.mavlink.message_interval import MessageIntervalService
@@ -39,24 +44,30 @@ def microservices(face: "MavlinkFace") -> "list[Service]":
     parameters = ParameterService(face)
     mission = MissionService(face)  # after the parameters: some of them say what missions are feasible
     metadata = ComponentMetadataService(face)
+    by_hand = ArduPilotCalibration(face) if face.identity.calibrates_by_hand else None
     return [
         MessageIntervalService(face),
         MavlinkVersionService(face),
         parameters,
         mission,
         modes,
-        FlightCommands(face),
+        FlightCommands(face, face.context, modes),
+        HomePositionService(face, face.context),
         ActuatorCommands(face, face.context),
         FailureInjectionService(face),
-        PreflightService(face, events.report),
+        *([] if by_hand is None else [by_hand]),
+        PreflightService(face, events.report, by_hand),
+        ExternalEstimates(face),
         events,
         metadata,
         FtpService(face, standard_mounts(face, mission.plans, metadata=metadata.mounts)),
-        OffboardService(face, modes),
+        OffboardService(face, face.context, modes),
         ManualControlService(face),
         SigningService(face, face.signing),
         TimesyncService(face),
         PingService(face),
+        LogService(face, face.log),
+        LoggingStreamService(face, face.log),
         SerialControlService(face),
         OpenDroneIdService(face),
         HighLatencyService(face),

@@ -1,13 +1,14 @@
 """Flight modes on the wire: which there are, which is flown, how to change it; and the heartbeat that tells it.
 
 https://mavlink.io/en/services/standard_modes.html and https://mavlink.io/en/services/heartbeat.html. The heartbeat is
-sent once per wall second at any speed of the simulation, also while simulated time stands still: the one who waits for
-it lives in wall time.
+sent once per wall second at any speed of the simulation, also while simulated time stands still, for the one who waits
+for it lives in wall time; and at once when the mode changes, or arming.
 """
 
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from sitl.flight.failsafe import Action
 from sitl.flight.mode import Mode
 from sitl.flight.refused import Refused
 from sitl.mavlink.command import Command, CommandHandler, whole_number
@@ -49,7 +50,9 @@ class StandardModesService(Service):
         """Serve through `exchange`."""
         super().__init__(exchange)
         self.asked: int | None = None
+        self._intended: int | None = None  # number of the mode that the pilot wants, whatever failsafes do
         self._told: ModeNumber | None = None
+        self._told_armed: bool | None = None
 
     def messages(self) -> Mapping[str, Handler]:
         """See Service."""
@@ -70,23 +73,49 @@ class StandardModesService(Service):
         """See Service."""
         return {"HEARTBEAT": self._heartbeat, "CURRENT_MODE": self._current_mode}
 
+    def is_guided(self, mode: Mode) -> bool:
+        """Whether a flight mode is one that ArduPilot's clients see as Guided now."""
+        guided = self.exchange.identity.guided
+        entry = None if guided is None else self.exchange.identity.entry(guided)
+        return entry is not None and self.asked == guided and mode in entry.modes
+
     def update(self, snapshot: Snapshot) -> None:
-        """See Service: a change of mode is told at once."""
+        """See Service: a change of mode, or of arming, is told at once."""
         told = self._entry(snapshot)
-        if told is not self._told:
-            if self._told is not None:
-                self.exchange.broadcast("CURRENT_MODE", **self._current_fields(told))
-            self._told = told
+        if snapshot.mode is None or self.exchange.simulation.flight.failsafes.action <= Action.WARN:
+            self._intended = told.number
+        if told is not self._told and self._told is not None:
+            self.exchange.broadcast("CURRENT_MODE", **self._current_fields(told))
+        if (told, snapshot.armed) != (self._told, self._told_armed) and self._told is not None:
+            self._tell_heartbeat()
+        self._told, self._told_armed = told, snapshot.armed
 
     def restarted(self) -> None:
         """See Service."""
-        self.asked = None
+        self.asked = self._intended = None
 
     def _entry(self, snapshot: Snapshot) -> ModeNumber:
         mode = None if snapshot.mode is None else Mode[snapshot.mode]
         return self.exchange.identity.told(mode, wing_borne=snapshot.regime in WING_BORNE, asked=self.asked)
 
+    def _tell_heartbeat(self) -> None:
+        message = self.exchange.telemetry(mav.MAVLINK_MSG_ID_HEARTBEAT)
+        if message is not None:
+            packer, payload = message
+            self.exchange.broadcast(packer.name, **packer.read(payload)._asdict())
+
     # -- what is told --------------------------------------------------------------------------------------------
+
+    def _status(self, snapshot: Snapshot, mode: Mode | None, armed: bool) -> int:
+        """MAV_STATE."""
+        if mode == Mode.TERMINATION:
+            return mav.MAV_STATE_FLIGHT_TERMINATION
+        if mode is not None and armed and self.exchange.simulation.flight.failsafes.action > Action.WARN:
+            return mav.MAV_STATE_CRITICAL
+        on_ground = snapshot.on_ground if snapshot.landed is None else snapshot.landed == "ON_GROUND"
+        if on_ground and (not armed or self.exchange.identity.active_means_flying):
+            return mav.MAV_STATE_STANDBY
+        return mav.MAV_STATE_ACTIVE
 
     def _heartbeat(self, snapshot: Snapshot, _: Context) -> tuple[Any, ...]:
         """HEARTBEAT; while no autopilot flies, armed says that a motor is told to turn."""
@@ -97,11 +126,9 @@ class StandardModesService(Service):
         armed = snapshot.armed
         if armed is None:
             armed = bool(snapshot.controls[0] or snapshot.controls[1] or snapshot.controls[2])
-        status = mav.MAV_STATE_STANDBY if snapshot.on_ground and not armed else mav.MAV_STATE_ACTIVE
         if armed:
             flags |= mav.MAV_MODE_FLAG_SAFETY_ARMED
-        if mode == Mode.TERMINATION:
-            status = mav.MAV_STATE_FLIGHT_TERMINATION
+        status = self._status(snapshot, mode, armed)
         number = self._entry(snapshot).number
         return (identity.vehicle_type, identity.autopilot, flags, number, status, MAVLINK_VERSION)
 
@@ -109,7 +136,7 @@ class StandardModesService(Service):
         return tuple(self._current_fields(self._entry(snapshot)).values())
 
     def _current_fields(self, entry: ModeNumber) -> dict[str, int]:
-        intended = entry.number if self.asked is None else self.asked
+        intended = entry.number if self._intended is None else self._intended
         return {"standard_mode": entry.standard, "custom_mode": entry.number, "intended_custom_mode": intended}
 
     def _available_modes(self, request: Request) -> Iterable[Mapping[str, Any]] | None:
@@ -174,11 +201,17 @@ class StandardModesService(Service):
             number = next(entry.number for entry in identity.modes if entry.modes[0] == Mode.MISSION)
         entry = identity.entry(number)
         if entry is None:
-            known = ", ".join(f"{entry.number} {entry.name}" for entry in identity.modes)
-            msg = f"mode: expected one of {known}, got {number}"
+            given = f"{number >> 16 & 0xFF}/{number >> 24}" if identity.packs_mode else f"{number}"
+            msg = f"mode: there is none of number {given}"
             raise Refused(msg)
-        flight = self.exchange.simulation.flight
+        simulation = self.exchange.simulation
+        flight = simulation.flight
+        if simulation.is_flown_from_outside:
+            msg = "mode: an outside controller has the servos"
+            raise Refused(msg, temporary=True)
         # Who asks for Guided while it is told already must not be stopped on the way.
         if not (flight.mode in entry.modes and self.asked == number):
             flight.set_mode(entry.modes[0])
         self.asked = number
+        if entry.wing_borne is not None and flight.flying and entry.wing_borne != flight.regime.wing_borne:
+            flight.transition(entry.wing_borne)

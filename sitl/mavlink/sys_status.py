@@ -94,7 +94,7 @@ def _of_flight(snapshot: Snapshot, context: Context, flight: Flight) -> tuple[in
     if fence.polygons or fence.circles or limits:
         present |= FENCE
         enabled |= FENCE if parameters["GF_ACTION"] else 0
-        well |= FENCE if flight.breach is None else 0
+    well |= FENCE if flight.breach is None else 0  # also where there is none: MAVProxy would call it breached
     remaining = snapshot.battery_remaining
     if remaining is not None and remaining < parameters["BAT_CRIT_THR"]:
         ill |= BATTERY

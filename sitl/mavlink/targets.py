@@ -48,8 +48,10 @@ def position_target_local_ned(snapshot: Snapshot, context: Context) -> tuple[Any
     guidance = context.guidance
     guidance.look()
     mask, motion = _motion(guidance, snapshot)
-    north, east, down = _place(guidance)
-    return (boot_ms(snapshot), mav.MAV_FRAME_LOCAL_NED, mask, north, east, down, *motion)
+    x, y, z = context.origin.seen(*_place(guidance))
+    place = (x, y) if guidance.has_place else (0.0, 0.0)
+    height = z if guidance.holds_altitude else 0.0
+    return (boot_ms(snapshot), mav.MAV_FRAME_LOCAL_NED, mask, *place, height, *motion)
 
 
 def position_target_global_int(snapshot: Snapshot, context: Context) -> tuple[Any, ...]:

@@ -39,9 +39,9 @@ def attitude_quaternion(snapshot: Snapshot, _: Context) -> tuple[Any, ...]:
     return (boot_ms(snapshot), *snapshot.quaternion, *snapshot.rates, 0.0, 0.0, 0.0, 0.0)
 
 
-def local_position_ned(snapshot: Snapshot, _: Context) -> tuple[Any, ...]:
-    """LOCAL_POSITION_NED: position from home [m] and velocity [m/s]."""
-    return (boot_ms(snapshot), *snapshot.position_ned, *snapshot.velocity_ned)
+def local_position_ned(snapshot: Snapshot, context: Context) -> tuple[Any, ...]:
+    """LOCAL_POSITION_NED: position from the local origin [m] and velocity [m/s]."""
+    return (boot_ms(snapshot), *context.origin.seen(*snapshot.position_ned), *snapshot.velocity_ned)
 
 
 def global_position_int(snapshot: Snapshot, context: Context) -> tuple[Any, ...]:
@@ -81,7 +81,7 @@ def altitude(snapshot: Snapshot, context: Context) -> tuple[Any, ...]:
         boot_us(snapshot),
         pressure_altitude(snapshot.pressure),
         snapshot.altitude_msl,
-        -snapshot.position_ned[2],
+        context.origin.down - snapshot.position_ned[2],
         _above_home(snapshot, context),
         above_ground,
         above_ground,

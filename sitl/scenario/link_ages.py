@@ -35,13 +35,16 @@ class LinkAges:
         """Let one of LINKS be as old as what is heard of it."""
         self._silent_since.pop(name, None)
 
-    def refresh(self, links: "Links", sticks: "Sticks", time: float) -> None:
-        """Write the ages at this time [s]."""
+    def refresh(self, links: "Links", sticks: "Sticks", time: float, pace: float = 1.0) -> None:
+        """Write the ages at this time [s].
+
+        Who speaks lives in wall time, and `pace` simulated seconds pass in a second of his: his silence counts in his.
+        """
         if math.isfinite(sticks.received):
-            links.manual_control = time - sticks.received
+            links.manual_control = (time - sticks.received) / pace
         if math.isfinite(self.setpoint_received):
-            links.offboard = time - self.setpoint_received
+            links.offboard = (time - self.setpoint_received) / pace
         if math.isfinite(self.station_received):
-            links.ground_station = time - self.station_received
+            links.ground_station = (time - self.station_received) / pace
         for name, since in self._silent_since.items():
             setattr(links, name, max(time - since, 0.0))

@@ -21,6 +21,7 @@ from sitl.start import StartError
 __all__ = ["Desk", "MemoryLink", "Station"]
 
 TURN = 0.001  # of invented wall time while waiting [s]
+SHORTEST_TURN = 1e-4  # what the vehicle wants to do at once again is as late as this [s]
 OVERTAKING = 0.2  # by how much a datagram may be overtaken [s]
 
 
@@ -74,6 +75,16 @@ class Station:
         self.peer = Peer((f"station-{system}-{component}", 0), is_stream=False)
         link.stations[self.peer] = self
 
+    @property
+    def now(self) -> float:
+        """Wall time [s]."""
+        return self._desk.wall
+
+    def await_news(self, timeout: float) -> None:
+        """Let wall time pass until something more has come, for so long at most [s]."""
+        before = len(self.received)
+        self._desk.wait_until(lambda: len(self.received) > before, timeout)
+
     def take(self, data: bytes) -> bool:
         if self.full:
             return False
@@ -86,10 +97,10 @@ class Station:
 
     def send(self, name: str, **fields: Any) -> None:
         """Send a message by name; target fields are the vehicle's unless given, other fields left out are zero."""
-        kind = mav.mavlink_map[NAMES[name]]
+        kind, ours = mav.mavlink_map[NAMES[name]], self._desk.face.system
         values: list[Any] = []
         for field, length, native in zip(kind.fieldnames, _lengths(kind), _kinds(kind), strict=True):
-            default = {"target_system": 1, "target": 1, "target_component": 1}.get(field, 0)
+            default = {"target_system": ours, "target": ours, "target_component": 1}.get(field, 0)
             value = fields.pop(field, default if not length else b"" if native == "char" else [])
             if isinstance(value, str):
                 value = value.encode()
@@ -211,7 +222,8 @@ class Desk:
         while not condition():
             if self.wall >= end:
                 return False
-            self.wall = min(max(self.wall, min(self.under_way.next_due, self.face.next_attention)), end)
+            event = min(self.under_way.next_due, self.face.next_attention)
+            self.wall = min(max(event, self.wall + SHORTEST_TURN), end)
             self.turn()
         return True
 

@@ -9,14 +9,13 @@ from sitl.mavlink.dialect import tiltwing as mav
 from tests.sitl.mavlink.in_memory import Desk, Station
 
 __all__ = [
-    "FENCE", "MISSION", "RALLY", "SlowStation", "Transfer", "asked", "begin", "fence", "fetched", "give", "item",
+    "FENCE", "MISSION", "RALLY", "Transfer", "asked", "begin", "fence", "fetched", "give", "item",
     "jumping", "last", "mission", "rally", "same_items", "sent", "texts",
 ]  # fmt: skip
 
 MISSION, FENCE, RALLY = mav.MAV_MISSION_TYPE_MISSION, mav.MAV_MISSION_TYPE_FENCE, mav.MAV_MISSION_TYPE_RALLY
 FIELDS = ("command", "frame", "param1", "param2", "param3", "param4", "x", "y", "z", "autocontinue")
 LATITUDE, LONGITUDE = 473977418, 85455939  # home of an ordinary flight [1e-7 deg]
-TURN = 0.005  # of invented wall time on a bad link [s]
 
 Fields = dict[str, Any]
 
@@ -118,49 +117,13 @@ def _packed(one: Fields) -> bytes:
     return codec("MISSION_ITEM_INT").payload_of(**one)
 
 
-class SlowStation(Station):
-    """A station behind a link that delays each datagram by `delay` and up to `jitter` more [s], each way."""
-
-    def __init__(self, desk: Desk, *, delay: float = 0.5, jitter: float = 0.1, system: int = 255) -> None:
-        super().__init__(desk, desk.links[0], system, 190)
-        self.delay, self.jitter = delay, jitter
-        self._coming: list[tuple[float, bytes]] = []
-        self._going: list[tuple[float, bytes]] = []
-
-    def take(self, data: bytes) -> bool:
-        self._coming += [(self._due(), bytes(data)) for _ in range(self._copies())]
-        return True
-
-    def send_bytes(self, data: bytes) -> None:
-        self._going += [(self._due(), bytes(data)) for _ in range(self._copies())]
-
-    def pass_time(self) -> None:
-        """Let TURN pass, and what is due arrive."""
-        self._desk.wall += TURN
-        now = self._desk.wall
-        self._link.arrived += [(self.peer, data) for due, data in sorted(self._going) if due <= now]
-        self._going = [(due, data) for due, data in self._going if due > now]
-        self._desk.turn()
-        for _, data in sorted(one for one in self._coming if one[0] <= now):
-            self.received += self.mav.parse_buffer(data) or []
-        self._coming = [one for one in self._coming if one[0] > now]
-
-    @property
-    def now(self) -> float:
-        """Wall time [s]."""
-        return self._desk.wall
-
-    def _due(self) -> float:
-        return self._desk.wall + self.delay + self.random.uniform(0.0, self.jitter)
-
-
 class Transfer:
     """One upload or download by the guide's rules: 1.5 s until a message is sent again, 5 times.
 
     `result` is the MAV_MISSION_RESULT in the end, or "timeout"; `items` what was fetched.
     """
 
-    def __init__(self, station: SlowStation, kind: int, items: Sequence[Fields] | None = None) -> None:
+    def __init__(self, station: Station, kind: int, items: Sequence[Fields] | None = None) -> None:
         self.station, self.kind, self.items = station, kind, list(items or [])
         self._uploads = items is not None
         self._count: int | None = None
@@ -176,7 +139,7 @@ class Transfer:
         end = self.station.now + timeout
         while self.result is None:
             assert self.station.now < end, "the transfer never ends"
-            self.station.pass_time()
+            self.station.await_news(0.1)
             self.step()
         return self.result
 

@@ -6,7 +6,7 @@ import struct
 
 import pytest
 
-from sitl.mavlink.command import Command, CommandService, Running
+from sitl.mavlink.command import NEXT_TRY, Command, CommandService, Running
 from sitl.mavlink.dialect import tiltwing as mav
 from tests.sitl.mavlink.in_memory import Desk
 
@@ -112,13 +112,26 @@ def test_only_commands_for_us_are_answered(desk: Desk, target: tuple[int, int], 
 
 
 def test_places_of_command_int_are_degrees_metres_or_unset(desk: Desk, commands: list[Command]) -> None:
-    desk.send("COMMAND_INT", command=OURS, frame=mav.MAV_FRAME_GLOBAL_INT, x=473977420, y=-85455940, z=12.5)
-    desk.send("COMMAND_INT", command=OURS, frame=mav.MAV_FRAME_LOCAL_NED, x=12345, y=2**31 - 1)
+    taken = desk.face.service(CommandService).handlers
+    taken[mav.MAV_CMD_DO_REPOSITION] = taken[OURS]
+    located = {"command": mav.MAV_CMD_DO_REPOSITION}
+    desk.send("COMMAND_INT", **located, frame=mav.MAV_FRAME_GLOBAL_INT, x=473977420, y=-85455940, z=12.5)
+    desk.send("COMMAND_INT", **located, frame=mav.MAV_FRAME_LOCAL_NED, x=12345, y=2**31 - 1)
     first, second = commands
     assert first.params[4:] == pytest.approx((47.397742, -8.545594, 12.5))
     assert (first.frame, second.frame) == (mav.MAV_FRAME_GLOBAL_INT, mav.MAV_FRAME_LOCAL_NED)
     assert second.params[4] == pytest.approx(1.2345)
     assert math.isnan(second.params[5])
+
+
+def test_fifth_and_sixth_parameter_that_are_no_place_are_numbers_in_a_command_int_too(
+    desk: Desk, commands: list[Command]
+) -> None:
+    desk.send("COMMAND_INT", command=OURS, frame=mav.MAV_FRAME_GLOBAL, x=201, y=-7, z=0.5)
+    desk.send("COMMAND_INT", command=OURS, frame=mav.MAV_FRAME_LOCAL_NED, x=2**31 - 1, y=1)
+    assert commands[0].params[4:] == (201.0, -7.0, 0.5)
+    assert math.isnan(commands[1].params[4])
+    assert commands[1].params[5] == 1.0
 
 
 def test_what_takes_time_says_so_until_it_is_done(desk: Desk) -> None:
@@ -145,7 +158,27 @@ def test_while_it_runs_it_is_not_begun_anew(desk: Desk) -> None:
     desk.command(OURS, 1.0)
     assert desk.command(OURS, 1.0, confirmation=1).result == mav.MAV_RESULT_IN_PROGRESS
     assert desk.command(OURS, 2.0).result == mav.MAV_RESULT_TEMPORARILY_REJECTED
+    assert desk.command(OURS, 1.0).result == mav.MAV_RESULT_TEMPORARILY_REJECTED  # no retransmission: wanted once more
     assert len(begun) == 1
+
+
+def test_a_frame_that_the_network_brings_twice_is_one_command(desk: Desk, commands: list[Command]) -> None:
+    desk.station.duplicates = 1.0
+    desk.command(OURS, 1.0)
+    assert len(commands) == 1
+    running = Running()
+    desk.face.service(CommandService).handlers[OURS] = lambda _: running
+    desk.received.clear()
+    desk.command(OURS, 2.0)
+    assert {answer.result for answer in desk.of("COMMAND_ACK")} == {mav.MAV_RESULT_IN_PROGRESS}
+
+
+def test_a_command_int_that_comes_again_while_it_runs_may_be_a_retransmission(desk: Desk) -> None:
+    running = Running()
+    desk.face.service(CommandService).handlers[OURS] = lambda _: running
+    for _ in range(2):
+        desk.send("COMMAND_INT", command=OURS, param1=1.0)
+        assert desk.of("COMMAND_ACK")[-1].result == mav.MAV_RESULT_IN_PROGRESS
 
 
 def test_what_runs_can_be_cancelled_and_what_does_not_is_left_alone(desk: Desk) -> None:
@@ -166,3 +199,29 @@ def test_answers_are_those_of_the_guide_for_frames_that_do_not_fit(desk: Desk) -
     desk.simulation.reset("trim:20")
     desk.send("COMMAND_INT", command=mav.MAV_CMD_DO_REPOSITION, frame=mav.MAV_FRAME_MISSION, param2=1)
     assert desk.of("COMMAND_ACK")[-1].result == mav.MAV_RESULT_COMMAND_UNSUPPORTED_MAV_FRAME
+
+
+def test_a_retransmission_whose_first_copy_was_lost_is_carried_out_though_it_was_once_before(
+    desk: Desk, commands: list[Command]
+) -> None:
+    desk.command(OURS, 1.0)
+    desk.wait(NEXT_TRY)
+    desk.command(OURS, 1.0, confirmation=1)  # of a second one: a retransmission of the first would have come sooner
+    assert len(commands) == 2
+    desk.wait(NEXT_TRY)
+    desk.command(OURS, 1.0, confirmation=3)  # the second one again, after a try that was lost
+    assert len(commands) == 2
+
+
+def test_a_message_asked_for_is_sent_again_to_who_has_not_got_it(desk: Desk) -> None:
+    for confirmation in range(3):
+        desk.command(mav.MAV_CMD_REQUEST_MESSAGE, mav.MAVLINK_MSG_ID_AUTOPILOT_VERSION, confirmation=confirmation)
+    assert len(desk.of("AUTOPILOT_VERSION")) == 3
+
+
+def test_a_restart_is_no_reason_to_begin_anew_for_its_retransmission(desk: Desk) -> None:
+    assert desk.command(mav.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, 1).result == mav.MAV_RESULT_ACCEPTED
+    flight = desk.simulation.flight
+    again = desk.command(mav.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, 1, confirmation=1)
+    assert again.result == mav.MAV_RESULT_ACCEPTED
+    assert desk.simulation.flight is flight

@@ -5,6 +5,8 @@ from collections.abc import Iterator
 
 import pytest
 
+from sitl.flight.mission_items import Command as Item
+from sitl.flight.mission_items import MissionItem
 from sitl.flight.mode import Mode
 from sitl.mavlink.dialect import tiltwing as mav
 from sitl.mavlink.identity import IDENTITIES
@@ -213,3 +215,83 @@ def test_with_the_autopilot_off_commands_are_denied() -> None:
     desk.advance(0.5)
     assert desk.face.internal_errors == 0
     desk.close()
+
+
+@pytest.mark.parametrize(("name", "number"), [("px4", 21196.0), ("ardupilot", 2989.0)])
+def test_arming_is_forced_by_the_number_of_each_autopilots_clients(name: str, number: float) -> None:
+    desk = Desk(Simulation(parameters={"COM_ARM_BAT_MIN": 1.0}), identity=IDENTITIES[name])
+    desk.simulation.airframe.craft["battery"]["charge"] *= 0.5
+    desk.advance(0.5)
+    assert desk.command(mav.MAV_CMD_COMPONENT_ARM_DISARM, 1, 24185.0 - number).result == LATER
+    assert desk.command(mav.MAV_CMD_COMPONENT_ARM_DISARM, 1, number).result == ACCEPTED
+    assert desk.command(mav.MAV_CMD_COMPONENT_ARM_DISARM, 0, 21196.0).result == ACCEPTED
+    desk.close()
+
+
+def test_wing_borne_the_yaw_of_a_reposition_is_the_sense_of_its_circle(cruising: Desk) -> None:
+    place = (473980000, 85460000, 590.0)
+    guidance = cruising.face.context.guidance
+    for yaw, sense in ((0.0, 1.0), (1.0, -1.0), (NAN, 1.0)):
+        assert int_command(cruising, mav.MAV_CMD_DO_REPOSITION, 0, -1, 1, 90.0, yaw, place=place) == ACCEPTED
+        cruising.advance(0.1)
+        assert guidance.radius == 90.0 * sense
+
+
+def test_ardupilots_clients_never_turn_the_nose_by_a_reposition_and_are_in_guided_then() -> None:
+    desk = Desk(Simulation(start="trim:0", home=(47.397742, 8.545594, 488.0, 90.0)), identity=IDENTITIES["ardupilot"])
+    desk.advance(0.1)
+    place = (473978000, 85457000, 100.0)
+    assert int_command(desk, mav.MAV_CMD_DO_REPOSITION, 3, -1, 1, 0.0, 0.0, place=place) == ACCEPTED  # as MAVProxy does
+    desk.advance(8.0)
+    assert desk.simulation.flight.view.yaw == pytest.approx(math.pi / 2, abs=0.1)
+    assert desk.of("HEARTBEAT")[-1].custom_mode == 15
+    assert desk.command(mav.MAV_CMD_NAV_LOITER_UNLIM).result == ACCEPTED
+    desk.advance(1.1)
+    assert desk.of("HEARTBEAT")[-1].custom_mode == 12
+    desk.close()
+
+
+def test_a_mission_that_cannot_be_armed_for_leaves_the_mode_as_it_is(desk: Desk) -> None:
+    flight = desk.simulation.flight
+    latitude, longitude, _ = flight.places.to_geodetic(50.0, 0.0, 0.0)
+    flight.load_mission(
+        [MissionItem(command, x=latitude, y=longitude, z=20.0) for command in (Item.TAKEOFF, Item.WAYPOINT)]
+    )
+    flight.parameters.set("COM_ARM_BAT_MIN", 1.0)
+    desk.simulation.airframe.craft["battery"]["charge"] *= 0.5
+    desk.advance(0.5)
+    assert desk.command(mav.MAV_CMD_MISSION_START, 0, 0).result == LATER
+    assert "battery" in desk.texts[-1]
+    assert flight.mode == Mode.HOLD
+
+
+def test_ardupilots_commands_of_guided_change_speed_and_height(cruising: Desk) -> None:
+    assert cruising.command(mav.MAV_CMD_GUIDED_CHANGE_SPEED, 0, 25.0, 0).result == ACCEPTED
+    assert int_command(cruising, mav.MAV_CMD_GUIDED_CHANGE_ALTITUDE, 3, NAN, NAN, 0.0, place=(0, 0, 120.0)) == ACCEPTED
+    cruising.advance(40.0)
+    flight = cruising.simulation.flight
+    assert flight.view.airspeed == pytest.approx(25.0, abs=0.5)
+    assert flight.height == pytest.approx(120.0, abs=1.0)
+
+
+def test_a_take_off_commanded_once_more_goes_on(desk: Desk) -> None:
+    """https://mavlink.io/en/guide/redundancy_deduplication.html: commands that arrive twice change nothing."""
+    desk.advance(0.5)
+    flight = desk.simulation.flight
+    desk.command(mav.MAV_CMD_COMPONENT_ARM_DISARM, 1)
+    desk.command(mav.MAV_CMD_NAV_TAKEOFF, NAN, NAN, NAN, NAN, NAN, NAN, 508.0)
+    desk.until(lambda: flight.flying and flight.height > 3.0)
+    for altitude in (508.0, 489.0, NAN):  # also one that would be too low from here
+        assert desk.command(mav.MAV_CMD_NAV_TAKEOFF, NAN, NAN, NAN, NAN, NAN, NAN, altitude).result == ACCEPTED
+        assert flight.mode == Mode.TAKEOFF
+    assert desk.command(mav.MAV_CMD_COMPONENT_ARM_DISARM, 1).result == ACCEPTED
+    desk.until(lambda: flight.mode == Mode.HOLD)
+    assert flight.height == pytest.approx(20.0, abs=0.9)
+
+
+def test_a_transition_to_where_the_vehicle_is_leaves_its_circle_alone(cruising: Desk) -> None:
+    cruising.advance(8.0)
+    centre = cruising.face.context.guidance.place
+    assert cruising.command(mav.MAV_CMD_DO_VTOL_TRANSITION, 4).result == ACCEPTED
+    cruising.advance(0.1)
+    assert cruising.face.context.guidance.place == centre

@@ -78,3 +78,15 @@ def test_without_an_autopilot_sticks_are_ignored() -> None:
     desk.send("RC_CHANNELS_OVERRIDE", chan1_raw=1600)
     assert desk.face.internal_errors == 0
     desk.close()
+
+
+def test_the_sticks_are_lost_by_the_pilots_clock_not_by_that_of_a_faster_vehicle(desk: Desk) -> None:
+    desk.simulation.pace = 10.0
+    other = desk.join(250, 190)
+    desk.send("MANUAL_CONTROL", target=1, x=500, z=500)
+    desk.advance(4.0)  # COM_RC_LOSS_T is 0.5 s, and his clock has seen 0.4
+    other.send("MANUAL_CONTROL", target=1, x=-500, z=500)
+    assert desk.simulation.flight.sticks.now.forward == 0.5
+    desk.advance(2.0)
+    other.send("MANUAL_CONTROL", target=1, x=-500, z=500)
+    assert desk.simulation.flight.sticks.now.forward == -0.5

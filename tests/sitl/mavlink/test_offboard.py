@@ -9,6 +9,7 @@ import pytest
 
 from sitl.flight.mode import Mode
 from sitl.mavlink.dialect import tiltwing as mav
+from sitl.mavlink.identity import IDENTITIES
 from sitl.simulation import Simulation
 from tests.sitl.mavlink.in_memory import Desk
 from vehicle_model.rotation import quaternion_from_euler
@@ -50,6 +51,7 @@ def test_offboard_needs_setpoints_first_and_ends_when_they_stop(hovering: Desk) 
     ("frame", "position", "goal"),
     [
         (mav.MAV_FRAME_LOCAL_NED, (4.0, 7.0, -102.0), (4.0, 7.0, -102.0)),
+        (mav.MAV_FRAME_BODY_NED, (4.0, 7.0, -102.0), (4.0, 7.0, -102.0)),  # as its definition has it for positions
     ],
 )
 def test_a_position_is_flown_to(
@@ -67,7 +69,7 @@ def test_a_position_is_flown_to(
     [
         (mav.MAV_FRAME_LOCAL_OFFSET_NED, (3.0, 1.0)),
         (mav.MAV_FRAME_BODY_OFFSET_NED, (-1.0, 3.0)),  # the nose points east
-        (mav.MAV_FRAME_BODY_NED, (-1.0, 3.0)),
+        (mav.MAV_FRAME_BODY_FRD, (-1.0, 3.0)),
     ],
 )
 def test_offsets_count_from_the_vehicle_and_along_its_nose(
@@ -182,3 +184,70 @@ def test_any_numbers_whatever_leave_the_vehicle_flying(hovering: Desk) -> None:
     assert hovering.face.internal_errors == 0
     hovering.advance(0.5)
     assert all(math.isfinite(value) for value in hovering.simulation.state)
+
+
+@pytest.fixture
+def guided() -> Iterator[Desk]:
+    """A vehicle that looks like ArduPilot and hovers in Guided, its nose to the east."""
+    desk = Desk(Simulation(start="trim:0", home=(47.397742, 8.545594, 488.0, 90.0)), identity=IDENTITIES["ardupilot"])
+    desk.advance(0.1)
+    assert desk.command(mav.MAV_CMD_DO_SET_MODE, 1, 15).result == mav.MAV_RESULT_ACCEPTED
+    yield desk
+    desk.close()
+
+
+def test_in_guided_one_position_is_enough_to_go_there(guided: Desk) -> None:
+    guided.send("SET_POSITION_TARGET_LOCAL_NED", coordinate_frame=1, type_mask=POSITION, x=9.0, y=-6.0, z=-104.0)
+    guided.advance(25.0)
+    view = guided.simulation.flight.view
+    assert (view.north, view.east, view.down) == pytest.approx((9.0, -6.0, -104.0), abs=0.6)
+    assert guided.texts == []
+
+
+def test_qgroundcontrols_change_of_altitude_is_flown(guided: Desk) -> None:
+    """Its firmware plugin sends 0xFFF8, all bits set but those of the position: no acceleration, and no force."""
+    guided.send("SET_POSITION_TARGET_LOCAL_NED", coordinate_frame=7, type_mask=0xFFF8, z=-12.0)
+    guided.advance(20.0)
+    assert guided.simulation.flight.height == pytest.approx(112.0, abs=0.6)
+
+
+def test_wing_borne_a_change_of_altitude_leaves_the_circle_where_it_is() -> None:
+    desk = Desk(Simulation(start="trim:20"), identity=IDENTITIES["ardupilot"])
+    desk.advance(0.1)
+    desk.command(mav.MAV_CMD_DO_SET_MODE, 1, 15)
+    desk.advance(10.0)
+    centre = desk.face.context.guidance.place[:2]
+    desk.send("SET_POSITION_TARGET_LOCAL_NED", coordinate_frame=7, type_mask=0xFFF8, z=-12.0)
+    desk.advance(25.0)
+    assert desk.face.context.guidance.place[:2] == centre
+    assert desk.simulation.flight.height == pytest.approx(112.0, abs=1.5)
+    desk.close()
+
+
+def test_mavproxys_guided_forward_goes_along_the_nose(guided: Desk) -> None:
+    begun = guided.simulation.flight.view.east
+    guided.send("SET_POSITION_TARGET_LOCAL_NED", coordinate_frame=8, type_mask=0b10111111000, x=15.0)
+    guided.advance(20.0)
+    assert guided.simulation.flight.view.east - begun == pytest.approx(15.0, abs=0.6)
+
+
+def test_in_guided_a_velocity_ends_when_it_is_not_repeated(guided: Desk) -> None:
+    guided.send("SET_POSITION_TARGET_LOCAL_NED", coordinate_frame=1, type_mask=VELOCITY, vx=3.0)
+    guided.advance(0.5)
+    assert guided.simulation.flight.mode == Mode.OFFBOARD
+    guided.advance(8.0)
+    assert guided.simulation.flight.mode == Mode.HOLD
+    assert abs(guided.simulation.flight.view.vn) < 0.3
+
+
+def test_local_positions_count_from_the_local_origin(hovering: Desk) -> None:
+    places = hovering.simulation.flight.places
+    latitude, longitude, _ = places.to_geodetic(100.0, 50.0, 0.0)
+    hovering.face.context.origin.put(round(latitude * 1e7), round(longitude * 1e7), 478000, places)
+    stream(hovering, 15.0, coordinate_frame=1, type_mask=POSITION, x=-96.0, y=-43.0, z=-112.0)
+    view = hovering.simulation.flight.view
+    assert (view.north, view.east, view.down) == pytest.approx((4.0, 7.0, -102.0), abs=0.6)
+    hovering.received.clear()
+    hovering.command(mav.MAV_CMD_REQUEST_MESSAGE, mav.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED)
+    [target] = hovering.of("POSITION_TARGET_LOCAL_NED")[-1:]
+    assert (target.x, target.y, target.z) == pytest.approx((-96.0, -43.0, -112.0), abs=0.02)

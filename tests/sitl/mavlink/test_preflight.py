@@ -147,7 +147,7 @@ def test_a_start_that_cannot_be_flown_fails_with_the_reason_and_changes_nothing(
     desk.advance(0.5)
     flight = desk.simulation.flight
     assert desk.command(RESTART, 2, 99.0).result == mav.MAV_RESULT_FAILED
-    assert desk.texts[-1].startswith("Not restarted: ")
+    assert desk.texts[-1].startswith("not restarted: ")
     assert desk.simulation.flight is flight
     desk.advance(0.5)
     assert desk.simulation.time == 1.0

@@ -83,7 +83,7 @@ def test_standard_modes_can_be_asked_for_and_others_fail(flying: Desk) -> None:
 
 def test_an_unknown_mode_is_denied_with_the_ones_there_are(flying: Desk) -> None:
     assert flying.command(mav.MAV_CMD_DO_SET_MODE, 1, 77).result == mav.MAV_RESULT_DENIED
-    assert "expected one of" in flying.of("STATUSTEXT")[0].text
+    assert "there is none of number" in flying.texts[0]
     assert flying.command(mav.MAV_CMD_DO_SET_MODE, 64, 4).result == mav.MAV_RESULT_DENIED  # not a custom mode
     assert flying.simulation.flight.mode == Mode.HOLD
 
@@ -125,9 +125,12 @@ def test_guided_stays_guided_through_take_off_and_setpoints() -> None:
     for _ in range(100):
         desk.send("SET_POSITION_TARGET_LOCAL_NED", coordinate_frame=1, type_mask=0xDF8, x=6.0, y=3.0, z=-9.0)
         desk.advance(0.1)
+    assert desk.simulation.flight.view.north == pytest.approx(6.0, abs=0.5)
+    for _ in range(20):
+        desk.send("SET_POSITION_TARGET_LOCAL_NED", coordinate_frame=1, type_mask=0xDC7, vx=1.0)
+        desk.advance(0.1)
     assert desk.simulation.flight.mode == Mode.OFFBOARD
     assert {message.custom_mode for message in desk.of("HEARTBEAT")} == {15}
-    assert desk.simulation.flight.view.north == pytest.approx(6.0, abs=0.5)
     desk.close()
 
 
@@ -178,3 +181,85 @@ def test_a_ground_stations_heartbeat_is_heard_and_its_silence_is_noticed() -> No
     flying.advance(8.0)
     assert flight.mode == Mode.RETURN
     flying.close()
+
+
+@pytest.mark.parametrize(
+    ("name", "armed_on_ground"), [("px4", mav.MAV_STATE_ACTIVE), ("ardupilot", mav.MAV_STATE_STANDBY)]
+)
+def test_active_means_armed_but_with_ardupilots_clients_flying(name: str, armed_on_ground: int) -> None:
+    """QGroundControl takes an armed ArduPilot that is active for one in the air."""
+    desk = Desk(identity=IDENTITIES[name])
+    desk.advance(0.5)
+    assert desk.command(mav.MAV_CMD_COMPONENT_ARM_DISARM, 1).result == 0
+    desk.advance(1.1)
+    assert desk.of("HEARTBEAT")[-1].system_status == armed_on_ground
+    desk.simulation.flight.takeoff()
+    desk.until(lambda: desk.simulation.flight.flying)
+    desk.advance(1.1)
+    assert desk.of("HEARTBEAT")[-1].system_status == mav.MAV_STATE_ACTIVE
+    desk.close()
+
+
+def test_a_failsafe_that_flies_is_a_critical_state_and_does_not_change_what_was_intended() -> None:
+    desk = Desk(Simulation(start="trim:20", parameters={"NAV_DLL_ACT": 2, "COM_FAIL_ACT_T": 0}))
+    desk.send("HEARTBEAT", type=mav.MAV_TYPE_GCS, autopilot=8)
+    desk.advance(1.1)
+    assert desk.of("HEARTBEAT")[-1].system_status == mav.MAV_STATE_ACTIVE
+    hold = desk.of("HEARTBEAT")[-1].custom_mode
+    desk.advance(12.0)
+    assert desk.simulation.flight.mode == Mode.RETURN
+    assert desk.of("HEARTBEAT")[-1].system_status == mav.MAV_STATE_CRITICAL
+    told = desk.of("CURRENT_MODE")[-1]
+    assert (told.custom_mode, told.intended_custom_mode) == (desk.of("HEARTBEAT")[-1].custom_mode, hold)
+    desk.command(mav.MAV_CMD_NAV_LAND)  # the pilot wants something else
+    desk.advance(2.1)
+    told = desk.of("CURRENT_MODE")[-1]
+    assert told.custom_mode == told.intended_custom_mode != hold
+    desk.close()
+
+
+def test_what_commands_lead_to_is_intended_too(flying: Desk) -> None:
+    flying.command(mav.MAV_CMD_NAV_LAND)
+    flying.advance(2.1)
+    flying.received.clear()
+    flying.command(mav.MAV_CMD_REQUEST_MESSAGE, mav.MAVLINK_MSG_ID_CURRENT_MODE)
+    told = flying.of("CURRENT_MODE")[-1]
+    assert told.standard_mode == mav.MAV_STANDARD_MODE_LAND
+    assert told.custom_mode == told.intended_custom_mode
+
+
+def test_ardupilots_modes_of_one_regime_bring_the_vehicle_into_it() -> None:
+    desk = Desk(Simulation(start="trim:20"), identity=IDENTITIES["ardupilot"])
+    desk.advance(0.1)
+    flight = desk.simulation.flight
+    assert desk.command(mav.MAV_CMD_DO_SET_MODE, 1, 19).result == 0  # QLOITER
+    desk.until(lambda: flight.regime.name == "HOVER", 60.0)
+    assert flight.mode == Mode.POSITION
+    assert desk.command(mav.MAV_CMD_DO_SET_MODE, 1, 7).result == 0  # CRUISE
+    desk.until(lambda: flight.regime.name == "CRUISE", 60.0)
+    desk.close()
+
+
+def test_no_mode_is_entered_while_an_outside_controller_flies() -> None:
+    desk = Desk(Simulation(start="trim:20"))
+    desk.advance(0.1)
+    desk.simulation.set_controls(desk.simulation.controls)
+    assert desk.command(mav.MAV_CMD_DO_SET_MODE, 1, 4, 5).result == mav.MAV_RESULT_TEMPORARILY_REJECTED
+    assert desk.command(mav.MAV_CMD_NAV_RETURN_TO_LAUNCH).result == mav.MAV_RESULT_TEMPORARILY_REJECTED
+    assert desk.command(mav.MAV_CMD_DO_SET_HOME, 1).result == mav.MAV_RESULT_ACCEPTED
+    desk.simulation.take_over()
+    assert desk.command(mav.MAV_CMD_NAV_RETURN_TO_LAUNCH).result == mav.MAV_RESULT_ACCEPTED
+    desk.close()
+
+
+def test_a_change_of_mode_or_arming_is_in_a_heartbeat_at_once(desk: Desk) -> None:
+    """QGroundControl waits a second and a half for it, and then takes the command for failed."""
+    desk.advance(0.5)
+    desk.received.clear()
+    desk.command(mav.MAV_CMD_COMPONENT_ARM_DISARM, 1)
+    desk.advance(0.04)
+    [heartbeat] = desk.of("HEARTBEAT")
+    assert heartbeat.base_mode & mav.MAV_MODE_FLAG_SAFETY_ARMED
+    desk.simulation.flight.takeoff()
+    desk.advance(0.04)
+    assert desk.of("HEARTBEAT")[-1].custom_mode == 4 << 16 | 2 << 24

@@ -111,7 +111,9 @@ def test_sticks_are_there_once_heard_and_ill_when_lost(observed: Observed) -> No
 
 def test_the_fence_is_there_once_loaded_and_ill_when_left() -> None:
     observed = Observed(start="trim:20")
-    assert not bits(observed.sent("SYS_STATUS"))[0] & FENCE
+    present, _, healthy = bits(observed.sent("SYS_STATUS"))
+    assert not present & FENCE
+    assert healthy & FENCE  # for MAVProxy says "fence breach" without it
     observed.flight.fence.load((), (FenceCircle(47.397742, 8.545594, 2000.0, inclusion=True),))
     observed.fly(0.2)
     present, enabled, healthy = bits(observed.sent("SYS_STATUS"))
