@@ -10,7 +10,7 @@ from pathlib import Path
 from figures import Figure, as_text, to_json
 
 # Each is a module beside this one with a function measure() -> list[Figure].
-BENCHMARKS = ("step", "fly", "realtime", "lockstep", "fast", "start")
+BENCHMARKS = ("step", "fly", "realtime", "lockstep", "fast", "start", "ftp", "log_download", "mavlink")
 
 
 def main() -> int:

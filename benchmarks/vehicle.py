@@ -6,7 +6,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -43,12 +43,16 @@ def altitude_msl(payload: bytes) -> float:
 
 
 class Vehicle:
-    """The vehicle's process, with `count` sockets of ours where its links send to."""
+    """The vehicle's process, with sockets of ours where its links send to: `count`, or one per set of `streams`."""
 
-    def __init__(self, *options: str, count: int = 1) -> None:
+    def __init__(self, *options: str, count: int = 1, streams: Sequence[str] = ()) -> None:
         """Start it with these command line options."""
-        self.sockets = [_listener() for _ in range(count)]
-        links = [f"--link=udpout:127.0.0.1:{s.getsockname()[1]}" for s in self.sockets]
+        streams = streams or ("normal",) * count
+        self.sockets = [_listener() for _ in streams]
+        links = [
+            f"--link=udpout:127.0.0.1:{s.getsockname()[1]},{name}"
+            for s, name in zip(self.sockets, streams, strict=True)
+        ]
         self.folder = tempfile.TemporaryDirectory()
         self._log = Path(self.folder.name, "log")
         self.started = time.time()

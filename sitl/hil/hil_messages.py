@@ -12,7 +12,7 @@ from sitl.hil.air_data import equivalent_airspeed, pressure_altitude
 from sitl.hil.magnetic_field import in_body_axes
 
 if TYPE_CHECKING:
-    from sitl.mavlink.context import Context
+    from sitl.mavlink.telemetry.context import Context
     from sitl.snapshot import Snapshot
 
 __all__ = ["hil_gps", "hil_sensor", "hil_state", "hil_state_quaternion"]

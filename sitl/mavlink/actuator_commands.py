@@ -9,9 +9,9 @@ from collections.abc import Mapping
 
 from sitl.flight.refused import Refused
 from sitl.mavlink.command import Command, CommandHandler, Running, whole_number
-from sitl.mavlink.context import Context
 from sitl.mavlink.dialect import tiltwing as mav
 from sitl.mavlink.service import Exchange, Service
+from sitl.mavlink.telemetry.context import Context
 from vehicle_model.aircraft import Channel
 
 __all__ = ["ActuatorCommands"]

@@ -17,10 +17,10 @@ from sitl.flight.messages import Message
 from sitl.flight.mode import Mode
 from sitl.flight.regime import Regime
 from sitl.mavlink.arming_events import Judge, Report
-from sitl.mavlink.context import Context
 from sitl.mavlink.dialect import tiltwing as mav
 from sitl.mavlink.event_definitions import EVENTS, Actuator, DisarmReason, Event, log_levels
 from sitl.mavlink.service import Builder, Exchange, Handler, Sender, Service
+from sitl.mavlink.telemetry.context import Context
 from sitl.snapshot import Snapshot
 
 __all__ = ["EventsService"]

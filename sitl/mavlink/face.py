@@ -15,7 +15,6 @@ from sitl.flight_log.flight_log import FlightLog, rate_for
 from sitl.hil.servo_input import ServoInput, Source
 from sitl.mavlink.codec import MessageCodec, codec
 from sitl.mavlink.command import Command, CommandService
-from sitl.mavlink.context import context_for
 from sitl.mavlink.dialect import tiltwing as mav
 from sitl.mavlink.frames import Frame, sequence_of
 from sitl.mavlink.identity import PX4, Identity
@@ -32,6 +31,7 @@ from sitl.mavlink.signing import Signing
 from sitl.mavlink.state_folder import StateFolder
 from sitl.mavlink.statustext import StatusText
 from sitl.mavlink.tape import Tape
+from sitl.mavlink.telemetry.context import context_for
 from sitl.mavlink.timers import Timer, Timers
 from sitl.simulation import Simulation
 from sitl.snapshot import Snapshot

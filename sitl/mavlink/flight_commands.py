@@ -14,10 +14,10 @@ from sitl.flight.mode import Mode
 from sitl.flight.refused import Refused
 from sitl.mavlink.command import Command, CommandHandler, whole_number
 from sitl.mavlink.command_place import FrameError, MapPlace, altitude_above_sea, place_in
-from sitl.mavlink.context import Context
 from sitl.mavlink.dialect import tiltwing as mav
 from sitl.mavlink.service import Exchange, Service
 from sitl.mavlink.standard_modes import StandardModesService
+from sitl.mavlink.telemetry.context import Context
 
 __all__ = ["FlightCommands"]
 

@@ -15,11 +15,11 @@ from sitl.flight.flight import Flight
 from sitl.flight.refused import Refused
 from sitl.hil.air_data import equivalent_airspeed
 from sitl.mavlink.command import Command, CommandHandler, whole_number
-from sitl.mavlink.context import Context, boot_ms
 from sitl.mavlink.dialect import tiltwing as mav
 from sitl.mavlink.links import Link
 from sitl.mavlink.router import QUIET
 from sitl.mavlink.service import Builder, Exchange, Service
+from sitl.mavlink.telemetry.context import Context, boot_ms
 from sitl.mavlink.timers import Timer
 from sitl.snapshot import Snapshot
 

@@ -11,9 +11,9 @@ from typing import Any
 from sitl.flight.places import LocalFrame
 from sitl.flight.refused import Refused
 from sitl.mavlink.command import Command, CommandHandler
-from sitl.mavlink.context import Context, boot_us
 from sitl.mavlink.dialect import tiltwing as mav
 from sitl.mavlink.service import Exchange, Handler, Sender, Service
+from sitl.mavlink.telemetry.context import Context, boot_us
 from sitl.snapshot import Snapshot
 
 __all__ = ["HomePositionService", "gps_global_origin", "home_position"]

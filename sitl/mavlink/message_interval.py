@@ -16,7 +16,7 @@ from sitl.mavlink.dialect import tiltwing as mav
 from sitl.mavlink.links import Link
 from sitl.mavlink.service import Exchange, Handler, Request, Requestable, Sender, Service
 from sitl.mavlink.standard_modes import HEARTBEAT_PERIOD
-from sitl.mavlink.streams import DATA_STREAMS
+from sitl.mavlink.telemetry.streams import DATA_STREAMS
 
 __all__ = ["LinkStreams", "MessageIntervalService"]
 

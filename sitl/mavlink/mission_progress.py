@@ -8,11 +8,11 @@ from typing import Any
 from sitl.flight.flight import Flight
 from sitl.flight.mode import Mode
 from sitl.mavlink.codec import codec
-from sitl.mavlink.context import Context
 from sitl.mavlink.dialect import tiltwing as mav
 from sitl.mavlink.mission_conversion import FENCE, MISSION, RALLY
 from sitl.mavlink.mission_plans import Plans
 from sitl.mavlink.service import Exchange
+from sitl.mavlink.telemetry.context import Context
 from sitl.snapshot import Snapshot
 
 __all__ = ["MissionProgress"]

@@ -16,10 +16,10 @@ from sitl.flight.offboard import AttitudeSetpoint, MotionSetpoint
 from sitl.flight.refused import Refused
 from sitl.flight.view import View
 from sitl.mavlink.command_place import altitude_above_sea
-from sitl.mavlink.context import Context
 from sitl.mavlink.dialect import tiltwing as mav
 from sitl.mavlink.service import Exchange, Handler, Sender, Service
 from sitl.mavlink.standard_modes import StandardModesService
+from sitl.mavlink.telemetry.context import Context
 from vehicle_model.rotation import euler_from_quaternion
 
 __all__ = ["OffboardService"]

@@ -14,9 +14,9 @@ from sitl.flight.failsafe import Action
 from sitl.flight.mode import Mode
 from sitl.flight.refused import Refused
 from sitl.hil.air_data import pressure_altitude
-from sitl.mavlink.context import Context
 from sitl.mavlink.dialect import tiltwing as mav
 from sitl.mavlink.service import Builder, Exchange, Handler, Sender, Service
+from sitl.mavlink.telemetry.context import Context
 from sitl.snapshot import Snapshot
 
 __all__ = ["OpenDroneIdService"]

@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
-from sitl.mavlink.context import Context, boot_us
 from sitl.mavlink.service import Builder, Exchange, Handler, Sender, Service
+from sitl.mavlink.telemetry.context import Context, boot_us
 from sitl.snapshot import Snapshot
 
 __all__ = ["PingService"]

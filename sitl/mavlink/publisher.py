@@ -5,7 +5,6 @@ import time
 from collections.abc import Callable
 
 from sitl.mavlink.codec import MessageCodec, codec, codec_by_id
-from sitl.mavlink.context import Context
 from sitl.mavlink.dialect import tiltwing as mav
 from sitl.mavlink.identity import Identity
 from sitl.mavlink.links import Link
@@ -14,7 +13,8 @@ from sitl.mavlink.network import Network
 from sitl.mavlink.router import QUIET
 from sitl.mavlink.service import Builder
 from sitl.mavlink.standard_modes import HEARTBEAT_PERIOD
-from sitl.mavlink.streams import BUILDERS, DEFAULT_RATES
+from sitl.mavlink.telemetry.context import Context
+from sitl.mavlink.telemetry.streams import BUILDERS, DEFAULT_RATES
 from sitl.snapshot import Snapshot
 
 __all__ = ["Publisher"]

@@ -14,9 +14,9 @@ from sitl.mavlink.links import Link, Peer
 if TYPE_CHECKING:
     from sitl.mavlink.codec import MessageCodec
     from sitl.mavlink.command import CommandHandler
-    from sitl.mavlink.context import Context
     from sitl.mavlink.identity import Identity
     from sitl.mavlink.state_folder import StateFolder
+    from sitl.mavlink.telemetry.context import Context
     from sitl.mavlink.timers import Timer
     from sitl.simulation import Simulation
     from sitl.snapshot import Snapshot

@@ -8,7 +8,7 @@ from typing import Any
 
 from sitl.hil.servo_input import ServoInput, Source
 from sitl.mavlink.codec import codec
-from sitl.mavlink.context import Context, boot_us
+from sitl.mavlink.telemetry.context import Context, boot_us
 from sitl.snapshot import Snapshot
 
 __all__ = ["servo_input_handlers", "servo_output_raw"]

@@ -12,10 +12,10 @@ from sitl.flight.failsafe import Action
 from sitl.flight.mode import Mode
 from sitl.flight.refused import Refused
 from sitl.mavlink.command import Command, CommandHandler, whole_number
-from sitl.mavlink.context import Context
 from sitl.mavlink.dialect import tiltwing as mav
 from sitl.mavlink.identity import ModeNumber
 from sitl.mavlink.service import Builder, Exchange, Handler, Request, Requestable, Sender, Service
+from sitl.mavlink.telemetry.context import Context
 from sitl.snapshot import Snapshot
 
 __all__ = ["HEARTBEAT_PERIOD", "StandardModesService"]

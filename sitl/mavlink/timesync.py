@@ -7,8 +7,8 @@ answers shows his clock beside ours to everybody on the link.
 from collections.abc import Mapping
 from typing import Any
 
-from sitl.mavlink.context import Context, boot_us
 from sitl.mavlink.service import Builder, Handler, Sender, Service
+from sitl.mavlink.telemetry.context import Context, boot_us
 from sitl.snapshot import Snapshot
 
 __all__ = ["TimesyncService"]

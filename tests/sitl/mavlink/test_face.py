@@ -14,7 +14,7 @@ from pymavlink import mavutil
 from sitl.mavlink import LinkError, MavlinkFace
 from sitl.mavlink.codec import codec, codec_by_id
 from sitl.mavlink.dialect import tiltwing as mav
-from sitl.mavlink.streams import DATA_STREAMS, DEFAULT_RATES
+from sitl.mavlink.telemetry.streams import DATA_STREAMS, DEFAULT_RATES
 from sitl.simulation import Simulation
 from tests.sitl.mavlink.in_memory import Desk
 from vehicle_model.aircraft import Aircraft

@@ -8,7 +8,7 @@ import pytest
 
 from sitl.mavlink.dialect import tiltwing as mav
 from tests.sitl.mavlink.in_memory import Desk, MemoryLink, Station
-from tests.sitl.mavlink.observed import Observed
+from tests.sitl.mavlink.telemetry.observed import Observed
 
 ACCEPTED = mav.MAV_RESULT_ACCEPTED
 ORIGIN = mav.MAV_CMD_DO_SET_GLOBAL_ORIGIN

@@ -12,7 +12,7 @@ from sitl.mavlink.dialect import tiltwing as mav
 from sitl.mavlink.identity import ARDUPILOT, GENERIC, IDENTITIES, PX4
 from sitl.mavlink.servo_outputs import servo_input_handlers
 from sitl.mavlink.standard_modes import HEARTBEAT_PERIOD
-from sitl.mavlink.streams import DEFAULT_RATES
+from sitl.mavlink.telemetry.streams import DEFAULT_RATES
 from tests.sitl.mavlink.in_memory import Desk
 
 PAGES = Path(__file__).resolve().parents[3] / "docs" / "mavlink"

@@ -11,7 +11,7 @@ import pytest
 from sitl.mavlink.dialect import tiltwing as mav
 from sitl.mavlink.face import RELEASE_SERVOS
 from sitl.snapshot import Snapshot
-from tests.sitl.mavlink.observed import Observed
+from tests.sitl.mavlink.telemetry.observed import Observed
 from vehicle_model.aircraft import Aircraft
 
 Make = Callable[..., Any]
