@@ -19,6 +19,7 @@ from sitl.flight.rules import LOWEST, Rules
 
 __all__ = ["Flight"]
 
+HIGHEST = 5000.0  # that a take-off may climb [m]
 LONGEST_TEST = 60.0  # of an actuator [s]
 HOME_STAYS = 5.0  # distance from home up to which arming does not move it [m]
 
@@ -114,8 +115,8 @@ class Flight(Rules):
         than the fence allows.
         """
         self._check_not_terminated()
-        if height is not None and not (math.isfinite(height) and (height >= LOWEST or self.flying)):
-            msg = f"take-off height: expected at least {LOWEST:g} m, got {height:g}"
+        if height is not None and not (LOWEST <= height <= HIGHEST or (self.flying and math.isfinite(height))):
+            msg = f"take-off height: expected {LOWEST:g} to {HIGHEST:g} m, got {height:g}"
             raise Refused(msg)
         if self.flying:
             if self.mode != Mode.TAKEOFF:

@@ -6,13 +6,14 @@ Calibration is simulated, for ideal sensors need none: it takes its time and say
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Final
+from typing import Final, NamedTuple
 
 from sitl.flight.refused import Refused
 from sitl.mavlink.ardupilot_calibration import ArduPilotCalibration
 from sitl.mavlink.command import Command, CommandHandler, Running, whole_number
 from sitl.mavlink.dialect import tiltwing as mav
 from sitl.mavlink.service import Exchange, Service
+from sitl.mavlink.timers import Timer
 
 __all__ = ["RESTART", "PreflightService"]
 
@@ -25,6 +26,13 @@ STAGE = 0.2  # time that each takes [s], wall time
 TEXTS_VERSION = 2
 SIX_SIDES = 1.0  # fifth parameter of PREFLIGHT_CALIBRATION: the accelerometer, in full
 SIDES = ("back", "front", "left", "right", "up", "down")
+
+
+class _Calibration(NamedTuple):
+    """One that is under way, and how to tell whoever has begun it."""
+
+    next_stage: Timer
+    say: Callable[[str], None]
 
 
 class PreflightService(Service):
@@ -41,7 +49,7 @@ class PreflightService(Service):
         super().__init__(exchange)
         self._report_health = report_health
         self._by_hand = by_hand
-        self._calibration: Running | None = None
+        self._calibration: _Calibration | None = None
         self._restarting: Running | None = None
 
     def commands(self) -> Mapping[int, CommandHandler]:
@@ -56,7 +64,9 @@ class PreflightService(Service):
 
     def restarted(self) -> None:
         """See Service."""
-        self._calibration = None
+        if self._calibration is not None:
+            self._calibration.next_stage.cancel()
+            self._calibration = None
         if self._restarting is not None:
             self._restarting.finish(mav.MAV_RESULT_ACCEPTED)
             self._restarting = None
@@ -76,44 +86,50 @@ class PreflightService(Service):
 
     # -- calibration ---------------------------------------------------------------------------------------------
 
-    def _calibrate(self, command: Command) -> Running | None:
+    def _calibrate(self, command: Command) -> None:
+        """Begin one, or stop it: accepted at once, and told by texts from then on.
+
+        Ground stations stop it by the same command, which they do not send while they wait for the answer to the first.
+        """
         sensor = _sensor(command.params)
         if sensor is None:  # all zero means: stop
-            if self._calibration is not None:
-                self._calibration.cancelled()
+            self._stop_calibration()
             if self._by_hand is not None:
                 self._by_hand.cancel()
-            return None
+            return
         self._check_disarmed("calibration")
         if self._by_hand is not None and command.params[4] == SIX_SIDES:
             self._by_hand.start_accelerometer(command.sender)
-            return None
-        if self._calibration is not None and self._calibration.result is None:
+            return
+        if self._calibration is not None:
             msg = "no calibration: another one is under way"
             raise Refused(msg, temporary=True)
         say = self._say(command)
-        running = Running(on_cancel=lambda: say("calibration cancelled"))
-        self._calibration = running
         say(f"calibration started: {TEXTS_VERSION} {sensor}")
         if sensor in ("accel", "mag"):
             say("pending: " + " ".join(SIDES))
-        self._go_on(sensor, 0, running, say)
-        return running
+        self._go_on(sensor, 0, say)
 
-    def _go_on(self, sensor: str, stage: int, running: Running, say: Callable[[str], None]) -> None:
-        if running.result is not None:
-            return
-        running.progress(100.0 * stage / STAGES)
+    def _go_on(self, sensor: str, stage: int, say: Callable[[str], None]) -> None:
         say(f"progress <{round(100.0 * stage / STAGES)}>")
         if sensor in ("accel", "mag") and 0 < stage <= len(SIDES):
             side = SIDES[stage - 1]
             say(f"{side} orientation detected")
             say(f"{side} side done, rotate to a different side")
         if stage == STAGES:
+            self._calibration = None
             say(f"calibration done: {sensor}")
-            running.finish(mav.MAV_RESULT_ACCEPTED)
         else:
-            self.exchange.after(STAGE, lambda: self._go_on(sensor, stage + 1, running, say))
+            timer = self.exchange.after(STAGE, lambda: self._go_on(sensor, stage + 1, say))
+            self._calibration = _Calibration(timer, say)
+
+    def _stop_calibration(self) -> None:
+        if self._calibration is not None:
+            timer, say = self._calibration
+            self._calibration = None
+            timer.cancel()
+            # After the acknowledgement: a text before it makes MAVSDK wait for ever.
+            self.exchange.after(0.0, lambda: say("calibration cancelled"))
 
     def _calibrate_compass(self, command: Command) -> None:
         """FIXED_MAG_CAL_YAW: at once, by a heading [deg]."""

@@ -90,7 +90,7 @@ def test_takeoff_in_the_air_is_hold(vehicle):
 
 
 def test_takeoff_height_below_the_least_is_refused(vehicle):
-    with pytest.raises(Refused, match=r"take-off height: expected at least 2 m, got 0.5"):
+    with pytest.raises(Refused, match=r"take-off height: expected 2 to 5000 m, got 0.5"):
         vehicle.flight.takeoff(0.5)
 
 
