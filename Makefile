@@ -7,7 +7,7 @@ INSTALLED := $(VENV)/.installed
 ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run demo campaign test format paper control-report bench lock clean
+.PHONY: help setup run demo campaign test format paper control-report fuzz soak bench lock clean
 
 help: ## list these commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -47,6 +47,12 @@ paper: setup ## redraw the paper's figures and tables into docs/paper
 
 control-report: setup ## margins, gains and maps of the control laws into docs/control
 	$(BIN)/python -m sitl.control report --out docs/control $(ARGS)
+
+fuzz: setup ## ten million random bytes and a million arbitrary messages at a vehicle in flight; two minutes
+	$(BIN)/python -m tests.sitl.mavlink.fuzzing $(ARGS)
+
+soak: setup ## a simulated day with stations that come and go: memory must stay flat; some minutes
+	$(BIN)/python benchmarks/soak.py $(ARGS)
 
 bench: setup ## how fast it is, beside peers measured in the same run; ARGS="--json FILE" keeps the figures
 	$(BIN)/python benchmarks/run.py $(ARGS)

@@ -3,12 +3,14 @@
 import select
 import socket
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from sitl.mavlink.codec import codec
+from sitl.mavlink.codec import MAGIC_V2, codec
 from sitl.mavlink.dialect import tiltwing as mav
 from sitl.mavlink.frames import FrameScanner, sequence_of
+from sitl.mavlink.signing import SIGNED
 
 __all__ = ["Station", "free_port", "listen"]
 
@@ -29,14 +31,17 @@ class Station:
     Attributes:
         heard: frames of the vehicle that have come.
         missed: numbers of frames that have not, between those that have.
-        payloads: what has come, by message id, where somebody wants to see it.
+        signed: the latest of them had a signature.
+        tally: counts what comes by message id, where somebody wants to know.
     """
 
     def __init__(self, port: int, kind: str = "udp", *, system: int = 255, receive_buffer: int = BUFFER) -> None:
         """Connect by `udp` or `tcp`."""
         self.system = system
         self.heard = self.missed = 0
-        self.payloads: dict[int, Callable[[bytes], object]] = {}
+        self.signed = False
+        self.tally: Counter[int] | None = None
+        self._watched: dict[int, Callable[[bytes], object]] = {}
         self._scanner = FrameScanner(is_stream=kind == "tcp")
         self._sequence = 0
         self._last: int | None = None
@@ -53,8 +58,8 @@ class Station:
     def send(self, name: str, **fields: Any) -> None:
         """A message to the vehicle."""
         packer = codec(name)
-        if packer.has_target:
-            fields = {"target_system": VEHICLE, "target_component": 1} | fields
+        targets = {"target_system": VEHICLE, "target_component": 1}
+        fields = {field: value for field, value in targets.items() if field in packer.field_names} | fields
         frame = packer.frame(packer.payload_of(**fields), self._sequence, self.system, 190)
         self._sequence = (self._sequence + 1) & 0xFF
         self.socket.send(frame)
@@ -62,7 +67,11 @@ class Station:
     def watch(self, name: str, take: Callable[[Any], object]) -> None:
         """Have a function called with every message of this name."""
         packer = codec(name)
-        self.payloads[packer.id] = lambda payload: take(packer.read(payload))
+        self._watched[packer.id] = lambda payload: take(packer.read(payload))
+
+    def forget(self, name: str) -> None:
+        """Have nothing called any more."""
+        self._watched.pop(codec(name).id, None)
 
     def listen(self) -> None:
         """Take in what has come, without waiting."""
@@ -75,7 +84,10 @@ class Station:
                     self.missed += (number - self._last - 1) & 0xFF
                 self._last = number
                 self.heard += 1
-                take = self.payloads.get(frame.message)
+                self.signed = frame.raw[0] == MAGIC_V2 and bool(frame.raw[2] & SIGNED)
+                if self.tally is not None:
+                    self.tally[frame.message] += 1
+                take = self._watched.get(frame.message)
                 if take is not None:
                     take(frame.payload)
 

@@ -88,6 +88,7 @@ class BySocket:
     def __init__(self, port: int, *, system: int = 255) -> None:
         """Greet the vehicle, as the system of this id."""
         self._station = Station(port, system=system)
+        self.socket = self._station.socket
 
     def list_parameters(self) -> int:
         """Fetch all; returns how many they are."""

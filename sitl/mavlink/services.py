@@ -28,6 +28,7 @@ from sitl.mavlink.preflight import PreflightService
 from sitl.mavlink.serial_control import SerialControlService
 from sitl.mavlink.signing import SigningService
 from sitl.mavlink.standard_modes import StandardModesService
+from sitl.mavlink.terrain import TerrainService
 from sitl.mavlink.timesync import TimesyncService
 
 if TYPE_CHECKING:
@@ -66,6 +67,7 @@ def microservices(face: "MavlinkFace") -> "list[Service]":
         SigningService(face, face.signing),
         TimesyncService(face),
         PingService(face),
+        TerrainService(face),
         LogService(face, face.log),
         LoggingStreamService(face, face.log),
         SerialControlService(face),
