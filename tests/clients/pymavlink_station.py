@@ -39,7 +39,9 @@ class PymavlinkStation:
             pass
         self.get("ATTITUDE", lambda message: message.time_boot_ms < JUST_BEGUN)
 
-    def get(self, name: str | list[str], condition: Callable[[Any], bool] = lambda _: True, timeout: float = DEADLINE) -> Any:
+    def get(
+        self, name: str | list[str], condition: Callable[[Any], bool] = lambda _: True, timeout: float = DEADLINE
+    ) -> Any:
         """The next message of a kind, or of one of several, that fulfils a condition."""
         end = time.monotonic() + timeout
         while time.monotonic() < end:

@@ -2,7 +2,7 @@
 
 import math
 import threading
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -66,7 +66,9 @@ def test_positions_are_flown_and_held_until_it_stops(station: MavsdkStation, off
         PositionNedYaw(4.0, 0.0, -22.0, 0.0), STILL, AccelerationNed(0.0, 0.0, 0.0)
     )
     until(lambda: station.at(4.0, 0.0, 22.0, within=0.3))
-    offboard.set_position_global(PositionGlobalYaw(*place(0.0, 5.0), 30.0, 0.0, PositionGlobalYaw.AltitudeType.REL_HOME))
+    offboard.set_position_global(
+        PositionGlobalYaw(*place(0.0, 5.0), 30.0, 0.0, PositionGlobalYaw.AltitudeType.REL_HOME)
+    )
     until(lambda: station.at(0.0, 5.0, 30.0, within=0.5))
     offboard.stop()
     station.wait_for_mode(FlightMode.HOLD)
@@ -122,7 +124,7 @@ class Sticks:
             self._plugin.set_manual_control_input(*self.at)
 
     @contextmanager
-    def held(self) -> Iterator[None]:
+    def held(self) -> Generator[None]:
         thread = threading.Thread(target=self._send)
         thread.start()
         try:

@@ -10,6 +10,7 @@ from mavsdk.plugins.telemetry import FlightMode, LandedState, VtolState
 from tests.clients.mavsdk_station import MavsdkStation
 from tests.clients.vehicle import HOME, place, until
 
+
 @pytest.fixture(scope="module")
 def vehicle_options() -> dict[str, Any]:
     return {"speed": 16}
@@ -64,9 +65,7 @@ def test_it_is_sent_to_a_place_in_hover_at_a_speed_and_a_heading(station: Mavsdk
     station.action.goto_location(*place(40.0, 30.0), HOME[2] + 25.0, 90.0)
     station.action.set_current_speed(3.0)
     speeds: list[float] = []
-    heard = station.telemetry.subscribe_velocity_ned(
-        lambda v, _: speeds.append(math.hypot(v.north_m_s, v.east_m_s))
-    )
+    heard = station.telemetry.subscribe_velocity_ned(lambda v, _: speeds.append(math.hypot(v.north_m_s, v.east_m_s)))
     until(lambda: station.at(40.0, 30.0, 25.0))
     station.telemetry.unsubscribe_velocity_ned(heard)
     assert max(speeds) == pytest.approx(3.0, abs=0.3)

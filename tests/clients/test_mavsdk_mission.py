@@ -17,7 +17,19 @@ from tests.clients.vehicle import place, until
 
 PLAN = Path(__file__).parents[2] / "docs" / "examples" / "survey_3km.plan"
 ACTION = MissionItem.VehicleAction
-ITEM_FIELDS = ("frame", "command", "autocontinue", "param1", "param2", "param3", "param4", "x", "y", "z", "mission_type")
+ITEM_FIELDS = (
+    "frame",
+    "command",
+    "autocontinue",
+    "param1",
+    "param2",
+    "param3",
+    "param4",
+    "x",
+    "y",
+    "z",
+    "mission_type",
+)
 
 
 @pytest.fixture(scope="module")
@@ -44,13 +56,22 @@ def waypoint(north: float, east: float, height: float, **options: Any) -> Missio
     return MissionItem(*place(north, east), height, **{"is_fly_through": True, "acceptance_radius_m": 8.0, **options})
 
 
-def raw_item(seq: int, command: int, *params: float, north: float = 0.0, height: float = 30.0, **fields: int) -> RawItem:
+def raw_item(
+    seq: int, command: int, param1: float = 0.0, *, north: float = 0.0, height: float = 30.0, mission_type: int = 0
+) -> RawItem:
     latitude, longitude = place(north, 0.0)
-    filled = [*params, *[0.0] * (4 - len(params))]
     return RawItem(
-        seq, fields.get("frame", mav.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT), command, int(seq == 0), 1, *filled,
-        round(latitude * 1e7), round(longitude * 1e7), height, fields.get("mission_type", 0),
-    )  # fmt: skip
+        seq=seq,
+        frame=mav.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT,
+        command=command,
+        current=int(seq == 0),
+        autocontinue=1,
+        param1=param1,
+        x=round(latitude * 1e7),
+        y=round(longitude * 1e7),
+        z=height,
+        mission_type=mission_type,
+    )
 
 
 def fields(item: Any, names: tuple[str, ...]) -> list[str]:
@@ -131,9 +152,7 @@ def test_a_long_mission_tells_progress_both_ways_and_an_upload_is_cancelled(miss
     assert len(mission.download_mission().mission_items) == 200
 
 
-def test_a_plan_of_qgroundcontrol_is_imported_uploaded_and_comes_down_again(
-    station: MavsdkStation, raw: Any
-) -> None:
+def test_a_plan_of_qgroundcontrol_is_imported_uploaded_and_comes_down_again(station: MavsdkStation, raw: Any) -> None:
     changes: list[bool] = []
     heard = raw.subscribe_mission_changed(lambda changed, _: changes.append(changed))
     plan = raw.import_qgroundcontrol_mission(str(PLAN))
@@ -186,7 +205,9 @@ def test_a_geofence_of_areas_and_circles_comes_down_as_it_went_up_and_is_cleared
     assert [shape.fence_type for shape in (*got.polygons, *got.circles)] == [FenceType.INCLUSION, FenceType.EXCLUSION]
     assert got.circles[0].radius == 50.0
     for here, there in zip(got.polygons[0].points, corners, strict=True):
-        assert (here.latitude_deg, here.longitude_deg) == pytest.approx((there.latitude_deg, there.longitude_deg), abs=1e-7)
+        assert (here.latitude_deg, here.longitude_deg) == pytest.approx(
+            (there.latitude_deg, there.longitude_deg), abs=1e-7
+        )
     fence.clear_geofence()
     empty = fence.download_geofence()
     assert (empty.polygons, empty.circles) == ([], [])

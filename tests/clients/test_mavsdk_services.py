@@ -1,4 +1,4 @@
-"""MAVSDK's plugins beside the flight: parameters, failures, calibration, shell, events, metadata, messages as they are."""
+"""MAVSDK's plugins beside the flight: parameters, failures, calibration, shell, events, metadata, plain messages."""
 
 import json
 from typing import Any
@@ -135,7 +135,9 @@ def test_metadata_of_the_vehicle_is_fetched_and_is_json(station: MavsdkStation) 
 def test_messages_pass_as_they_are_both_ways(station: MavsdkStation) -> None:
     direct = station.plugin(MavlinkDirect)
     answers: list[Any] = []
-    subscription = direct.subscribe_message("COMMAND_ACK", lambda message, _: answers.append(json.loads(message.fields_json)))
+    subscription = direct.subscribe_message(
+        "COMMAND_ACK", lambda message, _: answers.append(json.loads(message.fields_json))
+    )
     fields = {
         "target_system": 1, "target_component": 1, "command": 512, "confirmation": 0, "param1": 148.0,
         "param2": 0.0, "param3": 0.0, "param4": 0.0, "param5": 0.0, "param6": 0.0, "param7": 0.0,

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from itertools import pairwise
 from typing import Any
 
 import pytest
@@ -120,7 +121,7 @@ def test_two_messages_of_one_moment_tell_the_same_attitude(flying: MavsdkStation
 def test_a_rate_that_is_asked_for_is_exact_in_simulated_time(station: MavsdkStation, kind: str) -> None:
     getattr(station.telemetry, f"set_rate_{kind}")(RATE)
     stamps = [value.timestamp_us for value in collected(station.telemetry, kind, lambda got: len(got) > 20)][-15:]
-    steps = [after - before for before, after in zip(stamps, stamps[1:], strict=False)]
+    steps = [after - before for before, after in pairwise(stamps)]
     assert steps == pytest.approx([1e6 / RATE] * len(steps), abs=1000.0)  # some are stamped in milliseconds
     getattr(station.telemetry, f"set_rate_{kind}")(0.0)
 

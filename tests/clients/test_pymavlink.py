@@ -1,6 +1,7 @@
 """pymavlink's helpers, as scripts use them: mavutil, mavwp, mavparm, mavftp; the vehicle as PX4 and as ArduPilot."""
 
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -55,7 +56,7 @@ def test_mavutil_arms_takes_off_and_asks_for_modes_by_their_names(station: Pymav
 def test_mavutil_asks_for_the_older_streams(station: PymavlinkStation) -> None:
     station.link.mav.request_data_stream_send(1, 1, mav.MAV_DATA_STREAM_EXTRA1, 5, 1)
     times = [station.get("ATTITUDE").time_boot_ms for _ in range(6)][2:]
-    assert [after - before for before, after in zip(times, times[1:], strict=False)] == [200, 200, 200]
+    assert [after - before for before, after in pairwise(times)] == [200, 200, 200]
 
 
 def test_mavutil_sees_the_vehicle_begin_anew_after_a_reboot(station: PymavlinkStation) -> None:
@@ -83,7 +84,9 @@ def downloaded(station: PymavlinkStation, kind: int, *, as_int: bool) -> list[An
     items: list[Any] = []
     for seq in range(station.get("MISSION_COUNT").count):
         ask, name = (
-            (send.mission_request_int_send, "MISSION_ITEM_INT") if as_int else (send.mission_request_send, "MISSION_ITEM")
+            (send.mission_request_int_send, "MISSION_ITEM_INT")
+            if as_int
+            else (send.mission_request_send, "MISSION_ITEM")
         )
         ask(1, 1, seq, kind)
         items.append(station.get(name, lambda item, seq=seq: item.seq == seq))
@@ -91,7 +94,7 @@ def downloaded(station: PymavlinkStation, kind: int, *, as_int: bool) -> list[An
     return items
 
 
-def mission(*, as_int: bool) -> mavwp.MAVWPLoader:
+def mission(*, as_int: bool) -> Any:
     """Home, as ArduPilot's missions begin, then up and around."""
     loader = mavwp.MAVWPLoader()
     relative = mav.MAV_FRAME_GLOBAL_RELATIVE_ALT
@@ -103,6 +106,9 @@ def mission(*, as_int: bool) -> mavwp.MAVWPLoader:
     ):
         latitude, longitude = place(north, 0.0)
         frame = relative if loader.count() else mav.MAV_FRAME_GLOBAL
+        kind: Any
+        x: Any
+        y: Any
         if as_int:
             kind, x, y = mav.MAVLink_mission_item_int_message, round(latitude * 1e7), round(longitude * 1e7)
         else:
@@ -120,11 +126,11 @@ def test_mavwp_sends_a_mission_and_reads_the_same_back(
     if identity == "px4":
         loader.remove(loader.wp(0))
     assert uploaded(station, loader, as_int=as_int) == mav.MAV_MISSION_ACCEPTED
-    got = mavwp.MAVWPLoader()
+    got: Any = mavwp.MAVWPLoader()
     for item in downloaded(station, mav.MAV_MISSION_TYPE_MISSION, as_int=False):
         got.add(item)
     got.save(str(tmp_path / "way.txt"))
-    again = mavwp.MAVWPLoader()
+    again: Any = mavwp.MAVWPLoader()
     assert again.load(str(tmp_path / "way.txt")) == loader.count()
     for number in range(loader.count()):
         sent, back = loader.wp(number), again.wp(number)
@@ -141,8 +147,13 @@ def test_mavwp_clears_a_mission(station: PymavlinkStation) -> None:
 
 @pytest.mark.parametrize("kind", ["fence", "rally"])
 def test_mavwp_sends_fence_and_rally_points_and_reads_the_same_back(station: PymavlinkStation, kind: str) -> None:
+    loader: Any
     if kind == "fence":
-        loader, command, count = mavwp.MissionItemProtocol_Fence(1, 1), mav.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION, 4
+        loader, command, count = (
+            mavwp.MissionItemProtocol_Fence(1, 1),
+            mav.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION,
+            4,
+        )
     else:
         loader, command, count = mavwp.MissionItemProtocol_Rally(1, 1), mav.MAV_CMD_NAV_RALLY_POINT, 0
     for number, (north, east) in enumerate(((-300.0, -300.0), (-300.0, 300.0), (300.0, 300.0), (300.0, -300.0))):

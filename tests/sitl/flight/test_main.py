@@ -20,7 +20,7 @@ def test_the_page_is_what_is_printed_and_has_every_parameter_in_full() -> None:
         assert definition.description in row
         assert f"| {definition.default:g} |" in row
         if definition.read_only:
-            assert row.endswith("| a fact | |") or row.endswith(f"| a fact | {definition.unit} |")
+            assert row.endswith(("| a fact | |", f"| a fact | {definition.unit} |"))
         elif definition.values is None:
             assert f"| {definition.minimum:g} to {definition.maximum:g} |" in row
         else:

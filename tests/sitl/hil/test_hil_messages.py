@@ -8,8 +8,8 @@ import pytest
 
 from sitl.hil.magnetic_field import MagneticField, in_body_axes
 from sitl.mavlink.codec import codec
-from sitl.mavlink.telemetry.context import Context, context_for
 from sitl.mavlink.dialect import tiltwing as mav
+from sitl.mavlink.telemetry.context import Context, context_for
 from sitl.mavlink.telemetry.streams import BUILDERS
 from sitl.simulation import Simulation
 from sitl.snapshot import Snapshot
