@@ -7,7 +7,7 @@ INSTALLED := $(VENV)/.installed
 ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup run demo campaign test format paper control-report fuzz soak bench lock clean
+.PHONY: help setup run demo campaign test test-clients format paper control-report fuzz soak bench lock clean
 
 help: ## list these commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -37,6 +37,13 @@ test: setup ## all checks: ruff, pyright, import layers, pytest
 	$(BIN)/pyright --warnings
 	$(BIN)/lint-imports --no-cache
 	$(BIN)/pytest -n 2 --dist worksteal
+
+test-clients: setup ## the clients that bring much along (MAVProxy, DroneKit, mavsdk-grpc), each in an environment of its own
+	@for client in mavproxy dronekit grpc; do \
+		test -d build/clients/$$client || $(PYTHON) -m venv build/clients/$$client; \
+		build/clients/$$client/bin/python -m pip install --quiet --requirement tests/clients/installed/requirements-$$client.txt || exit 1; \
+	done
+	$(BIN)/pytest -m installed_clients tests/clients/installed
 
 format: setup ## let ruff format the code and mend what it safely can
 	$(BIN)/ruff check --fix
