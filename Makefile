@@ -38,11 +38,13 @@ test: setup ## all checks: ruff, pyright, import layers, pytest
 	$(BIN)/lint-imports --no-cache
 	$(BIN)/pytest -n 2 --dist worksteal
 
-test-clients: setup ## the clients that bring much along (MAVProxy, DroneKit, mavsdk-grpc), each in an environment of its own
+test-clients: setup ## the clients that bring much along (MAVProxy, DroneKit, mavsdk-grpc, node-mavlink), each installed by itself; needs npm
 	@for client in mavproxy dronekit grpc; do \
 		test -d build/clients/$$client || $(PYTHON) -m venv build/clients/$$client; \
 		build/clients/$$client/bin/python -m pip install --quiet --requirement tests/clients/installed/requirements-$$client.txt || exit 1; \
 	done
+	@mkdir -p build/clients/node && cp tests/clients/installed/package.json build/clients/node
+	npm install --silent --no-audit --no-fund --prefix build/clients/node
 	$(BIN)/pytest -m installed_clients tests/clients/installed
 
 format: setup ## let ruff format the code and mend what it safely can
