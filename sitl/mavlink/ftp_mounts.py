@@ -45,10 +45,12 @@ def standard_mounts(
     """
     mounts: dict[str, Mount] = {**(metadata or {}), IO_FIRMWARE: NO_IO_PROCESSOR}
     mounts |= dict.fromkeys(LOG_FOLDERS, logs or exchange.state.logs)
-    mounts["@PARAM/param.pck"] = VirtualFile(
-        lambda query: packed_parameters(_parameters(exchange), query),
-        lambda data: _parameters(exchange).load(unpacked_parameters(data)),
-    )
+    if not exchange.identity.bytewise_parameters:
+        # Who finds it takes parameters for ArduPilot's: MAVProxy would send whole numbers as such, not as their bits.
+        mounts["@PARAM/param.pck"] = VirtualFile(
+            lambda query: packed_parameters(_parameters(exchange), query),
+            lambda data: _parameters(exchange).load(unpacked_parameters(data)),
+        )
     if plans is not None:
         mounts |= {f"@MISSION/{name}.dat": _plan_file(plans, kind) for kind, name in KINDS.items()}
     mounts["@SYS/uarts.txt"] = lambda _: _links(exchange)

@@ -58,6 +58,7 @@ def test_every_message_of_it_is_read_and_none_is_bad_or_lost(tlog: Path) -> None
         _, _, _, _, sequence, system = bytes(message.get_msgbuf()[:6])
         if system == 1:
             ours.append(sequence)
+    log.close()
     assert "BAD_DATA" not in kinds
     assert {(after - before) % 256 for before, after in pairwise(ours)} == {1}
     # What was heard is in it, too.

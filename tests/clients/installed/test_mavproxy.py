@@ -27,6 +27,9 @@ FENCE = """QGC WPL 110
 2\t0\t3\t5001\t4\t0\t0\t0\t47.42\t8.56\t0\t1
 3\t0\t3\t5001\t4\t0\t0\t0\t47.42\t8.53\t0\t1
 """
+RALLY = """QGC WPL 110
+0\t0\t3\t5100\t0\t0\t0\t0\t47.397742\t8.545594\t30\t1
+"""
 
 
 class MavProxy:
@@ -96,18 +99,23 @@ def test_a_session_of_a_ground_station(flown: tuple[FlownVehicle, MavProxy, str]
     vehicle, proxy, identity = flown
     (tmp_path / "mission.txt").write_text(WAYPOINTS)
     (tmp_path / "fence.txt").write_text(FENCE)
+    (tmp_path / "rally.txt").write_text(RALLY)
     (tmp_path / "note.txt").write_text("hello\n")
 
     proxy.tell("param show MIS_TAKEOFF_ALT", r"MIS_TAKEOFF_ALT\s+15")
     proxy.tell("param set MIS_TAKEOFF_ALT 12", r"")
     vehicle.seen("PARAM_VALUE", lambda message: (message.param_id, message.param_value) == ("MIS_TAKEOFF_ALT", 12.0))
     proxy.tell("param fetch MIS_TAKEOFF_ALT", r"MIS_TAKEOFF_ALT\s*=?\s*12")
+    proxy.tell("param set NAV_RCL_ACT 3", r"")  # a whole number
+    proxy.tell("param fetch NAV_RCL_ACT", r"NAV_RCL_ACT\s*=?\s*3")
     proxy.tell(
         "wp load mission.txt", r"Loaded 4 waypoints|Sent waypoint|Flight plan received|Got MISSION_ACK.*ACCEPTED"
     )
     proxy.tell("wp list", r"Requesting \d+ waypoints[\s\S]*Saved \d+ waypoints|Saved \d+")
     proxy.tell("fence load fence.txt", r"Loaded|Sent|fence")
     proxy.tell("fence list", r"Saved|Requesting|polygon")
+    proxy.tell("rally load rally.txt", r"Got MISSION_ACK: TYPE_RALLY: ACCEPTED")
+    proxy.tell("rally list", r"Saved 1 rally items")
     proxy.tell("ftp put note.txt note.txt", r"")
     proxy.tell("ftp list /", r"note\.txt")
     if identity == "ardupilot":  # by its own numbering; of PX4's modes it only knows the number

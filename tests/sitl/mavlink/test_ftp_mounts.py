@@ -29,10 +29,12 @@ def ardupilot() -> Iterator[Desk]:
     made.close()
 
 
-def test_pymavlink_gets_parameters_and_defaults(desk: Desk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    flight = desk.simulation.flight
+def test_pymavlink_gets_parameters_and_defaults(
+    ardupilot: Desk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    flight = ardupilot.simulation.flight
     flight.parameters.set("RTL_RETURN_ALT", 55.0)
-    client = pymavlink_client(desk, monkeypatch)
+    client = pymavlink_client(ardupilot, monkeypatch)
     assert client.cmd_getparams([str(tmp_path / "values"), str(tmp_path / "defaults")]).error_code == 0
     assert client.process_ftp_reply("GetParams", timeout=60).error_code == 0
     values = dict(line.split(",") for line in (tmp_path / "values").read_text().split())
@@ -41,17 +43,18 @@ def test_pymavlink_gets_parameters_and_defaults(desk: Desk, tmp_path: Path, monk
     assert (values["RTL_RETURN_ALT"], defaults["RTL_RETURN_ALT"]) == ("55", "40")
 
 
-def test_an_open_list_of_parameters_stays_as_it_was(desk: Desk, client: FtpClient) -> None:
+def test_an_open_list_of_parameters_stays_as_it_was(ardupilot: Desk) -> None:
+    client = FtpClient(ardupilot)
     session = client.done(opcodes.OPEN, b"@PARAM/param.pck").session
-    desk.simulation.flight.parameters.set("RTL_RETURN_ALT", 55.0)
+    ardupilot.simulation.flight.parameters.set("RTL_RETURN_ALT", 55.0)
     parts = client.request(opcodes.BURST, session=session, size=239)
     data = mavftp.MAVFTP.ftp_param_decode(b"".join(part.data for part in parts))
     assert data is not None
     assert {name: value for name, value, _ in data.params}[b"RTL_RETURN_ALT"] == 40.0
 
 
-def test_uploaded_parameters_are_set_all_or_none(desk: Desk, client: FtpClient) -> None:
-    parameters = desk.simulation.flight.parameters
+def test_uploaded_parameters_are_set_all_or_none(ardupilot: Desk) -> None:
+    client, parameters = FtpClient(ardupilot), ardupilot.simulation.flight.parameters
 
     def upload(values: dict[bytes, float]) -> int:
         packed = b"".join(bytes((4, len(name) - 1 << 4)) + name + struct.pack("<f", values[name]) for name in values)
@@ -64,7 +67,11 @@ def test_uploaded_parameters_are_set_all_or_none(desk: Desk, client: FtpClient) 
     assert (parameters["RTL_RETURN_ALT"], parameters["RTL_TYPE"]) == (55.0, 2)
     assert upload({b"RTL_RETURN_ALT": 50.0, b"RTL_TYPE": 77.0}) == errors.FAIL
     assert (parameters["RTL_RETURN_ALT"], parameters["RTL_TYPE"]) == (55.0, 2)
-    assert "RTL_TYPE: expected 0" in "".join(message.text for message in desk.of("STATUSTEXT"))
+    assert "RTL_TYPE: expected 0" in "".join(message.text for message in ardupilot.of("STATUSTEXT"))
+
+
+def test_px4s_clients_are_not_led_to_take_its_parameters_for_ardupilots(client: FtpClient) -> None:
+    assert client.ask(opcodes.OPEN, b"@PARAM/param.pck").error == errors.NOT_FOUND
 
 
 @pytest.mark.parametrize("kind", [MISSION, FENCE, RALLY])
@@ -155,7 +162,7 @@ def test_a_look_inside_is_served(desk: Desk, client: FtpClient) -> None:
 def test_without_an_autopilot_there_are_no_parameters_and_plans() -> None:
     from sitl.simulation import Simulation
 
-    desk = Desk(Simulation(autopilot=False))
+    desk = Desk(Simulation(autopilot=False), identity=IDENTITIES["ardupilot"])
     client = FtpClient(desk)
     assert client.ask(opcodes.OPEN, b"@PARAM/param.pck").error == errors.NOT_FOUND
     assert client.ask(opcodes.OPEN, b"@MISSION/mission.dat").error == errors.NOT_FOUND
