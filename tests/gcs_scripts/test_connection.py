@@ -101,7 +101,8 @@ def test_a_command_is_repeated_with_its_count_until_its_own_acknowledgement_and_
     with peer(port) as other, connect(f"udpin:127.0.0.1:{port}") as craft:
 
         def answer(message: Any) -> None:
-            if message.get_type() != "COMMAND_LONG":
+            # On connecting it has asked for a heartbeat, too.
+            if message.get_type() != "COMMAND_LONG" or message.command != command:
                 return
             confirmations.append(message.confirmation)
             assert (message.target_system, message.target_component) == (1, 1)
